@@ -7,17 +7,8 @@
 namespace gamer {
 namespace {
 
-// How much coarser than the image a galaxy's attenuation is measured, and the coarsest that helps.
-constexpr double coarser = 3;
-constexpr double coarsest_tolerance = 0.01;
 // Distance of the rays, relative to those of an image.
 constexpr double ray_distance = 2;
-
-RenderParameters coarse(RenderParameters parameters) {
-  double& tolerance = parameters.sampling.tolerance;
-  tolerance = std::max(tolerance, std::min(coarser * tolerance, coarsest_tolerance));
-  return parameters;
-}
 
 }  // namespace
 
@@ -28,7 +19,7 @@ bool is_observed(const PlacedGalaxy& placed, const PhotometrySettings& photometr
 }
 
 FootprintRange attenuation_footprints(const RenderParameters& parameters) {
-  return measure_footprints(measure_accuracy(coarse(parameters), ray_distance));
+  return measure_footprints(measure_accuracy(parameters, ray_distance));
 }
 
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
@@ -41,8 +32,7 @@ void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
   for (PlacedGalaxy& placed : scene.galaxies) {
     if (is_observed(placed, parameters.photometry, scene.unit)) observed.push_back(&placed);
   }
-  const RenderParameters rough = coarse(parameters);
-  const Accuracy accuracy = measure_accuracy(rough, ray_distance);
+  const Accuracy accuracy = measure_accuracy(parameters, ray_distance);
   const auto count = static_cast<int>(observed.size());
   constexpr int blocks_per_thread = 16;
   const int block = std::max(1, count / (blocks_per_thread * ranks.size() * threads));
@@ -52,7 +42,7 @@ void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
           PlacedGalaxy probe = *observed[static_cast<std::size_t>(row)];
           if (probe.is_absolute) probe.redshift = 0;
           values[static_cast<std::size_t>(row - rows.first)] =
-              measure(probe, rough, accuracy, camera, band).attenuation.front();
+              measure(probe, parameters, accuracy, camera, band).attenuation.front();
         }
       });
   for (std::size_t row = 0; row < observed.size(); ++row) {

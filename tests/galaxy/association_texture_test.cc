@@ -247,6 +247,23 @@ TEST(AssociationTexture, KeepsTheLight) {
   }
 }
 
+// A few giant clumps have most of the light, and a cloud of points misses their cores.
+TEST(AssociationTexture, KeepsTheLightOfFewClumps) {
+  const std::string text =
+      "[[component]]\nclass = \"associations\"\nsed = \"flat\"\nz0 = 0.025\nrh = 0.2\n"
+      "break_radius = 0.6\nouter_rh = 0.12\nlopsidedness = 0.55\nnumber = 500\n"
+      "largest = 0.085\nluminosity_slope = 1.75\nluminosity_range = 2000\n"
+      "complex_size = 0.18\nclustering = 1.3\n";
+  std::vector<std::shared_ptr<const Galaxy>> galaxies;
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    galaxies.push_back(parse_galaxy(text, settings_with(seed)));
+  }
+  const std::vector<double> light = integrate(galaxies, {0.025, 800, 1600, 32});
+  for (std::size_t g = 0; g < galaxies.size(); ++g) {
+    EXPECT_NEAR(light[g] / galaxies[g]->luminosity(0), 1, 0.025) << g;
+  }
+}
+
 // From frame to frame of a zoom nothing appears at once.
 TEST(AssociationTexture, FadesWithTheFootprint) {
   AssociationParameters p = plain();

@@ -9,4 +9,11 @@ namespace gamer {
 inline constexpr double fade_begin = 0.15;
 inline constexpr double fade_end = 0.9;
 
+/// That share, for `cycles` = f w.
+constexpr double seen_share(double cycles) {
+  const double u = (fade_end - cycles) / (fade_end - fade_begin);
+  if (u <= 0) return 0;
+  return u < 1 ? u * u * (3 - 2 * u) : 1;
+}
+
 }  // namespace gamer

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "gamer/core/batch.h"
@@ -17,6 +18,18 @@ constexpr std::size_t clump_count = std::size_t{1} << clump_bits;
 
 // A clump's profile is q^3 (1 + core_height q^9) with q = 1 - r^2/R^2: a halo with a core.
 constexpr float core_height = 6;
+
+/// The profile at a distance r from the centre, in radii of the clump.
+constexpr double clump_profile(double r) {
+  const double q = r < 1 ? 1 - r * r : 0;
+  const double cube = q * q * q;
+  return cube * (1 + double{core_height} * cube * cube * cube);
+}
+
+// Volume integrals of (1 - r^2)^3 and (1 - r^2)^12, and of the profile.
+constexpr double halo_volume = 64 * std::numbers::pi / 315;
+constexpr double core_volume = 16777216 * std::numbers::pi / 456326325;
+constexpr double clump_volume = halo_volume + double{core_height} * core_volume;
 
 // Half the range of a clump's random number, relative to the occupancy, in which it fades.
 constexpr float fade_range = 0.3f;

@@ -20,11 +20,6 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-// Volume integrals of (1 - r^2)^3 and (1 - r^2)^12, and of a clump's profile for R = A = 1.
-constexpr double halo_volume = 64 * pi / 315;
-constexpr double core_volume = 16777216 * pi / 456326325;
-constexpr double profile_volume = halo_volume + double{core_height} * core_volume;
-
 // Largest ratio of diameters within a level.
 constexpr double level_ratio = 2;
 
@@ -37,9 +32,6 @@ constexpr double sharp_frequency = 1.0;
 // which cells of a level are occupied, in diameters of its largest clump.
 constexpr double complex_wavelength = 2;
 constexpr double shortest_wavelength = 4;
-// Largest number of octaves. The last is no shorter than the diameter of the smallest clumps.
-constexpr std::size_t most_octaves = 7;
-
 // Share of the layer's light, about the plane, whose heights clumps have. Clumps further out would
 // be few and, relative to the envelope, very bright.
 constexpr double layer_share = 0.96;
@@ -94,7 +86,7 @@ double light_at_height(double t) {
   const double rest = std::max(1 - t * t, 0.0);
   const double fourth = rest * rest * rest * rest;
   const double thirteenth = fourth * fourth * fourth * rest;
-  return (pi / 4 * fourth + double{core_height} * pi / 13 * thirteenth) / profile_volume;
+  return (pi / 4 * fourth + double{core_height} * pi / 13 * thirteenth) / clump_volume;
 }
 
 /// sech^2(z/z0) convolved with the density of a clump's light in z.
@@ -265,9 +257,9 @@ void AssociationTexture::add_level(double least, double most) {
     const double z = z0_ * std::atanh(layer_share * (2 * u[0] - 1)) + radius * unit_heights()[k];
     level.height.push_back(static_cast<float>(z));
     level.inverse_square.push_back(static_cast<float>(1 / (radius * radius)));
-    level.amplitude.push_back(static_cast<float>(
-        light[k] / mean * cell * cell * 2 * z0_ /
-        (profile_volume * radius * radius * radius * seen_layer(z, radius, z0_))));
+    level.amplitude.push_back(
+        static_cast<float>(light[k] / mean * cell * cell * 2 * z0_ /
+                           (clump_volume * radius * radius * radius * seen_layer(z, radius, z0_))));
   }
   levels_.push_back(std::move(level));
 }
@@ -312,25 +304,33 @@ double AssociationTexture::frequency() const {
 
 void AssociationTexture::look(const Points& points, std::span<const float* const> footprints,
                               std::span<float* const> out, std::uint64_t& evaluations) const {
-  std::array<BatchArray, most_octaves> noise;
+  OctaveArrays noise, products;
+  fill_octaves(points, noise);
+  BatchArray sum;
+  evaluations += points.size * (octaves_.size() + levels_.size() * footprints.size());
+  for (std::size_t v = 0; v < footprints.size(); ++v) {
+    multiply_octaves(points.size, noise, footprints[v], products);
+    std::fill_n(sum.data(), padded(points.size), 0.0f);
+    for (std::size_t l = 0; l < levels_.size(); ++l) {
+      add_clumps(points, levels_[l], *density_, products[before_[l]].data(), footprints[v],
+                 sum.data());
+    }
+    fill_light(points.size, sum.data(), products[octaves_.size()].data(), out[v]);
+  }
+}
+
+void AssociationTexture::fill_octaves(const Points& points, OctaveArrays& noise) const {
   for (std::size_t k = 0; k < octaves_.size(); ++k) {
     parameters_.kind->sum(points, std::span(&octaves_[k], 1), noise[k].data());
   }
-  BatchArray sum;
-  evaluations += points.size * (octaves_.size() + levels_.size() * footprints.size());
-  std::array<BatchArray, most_octaves + 1> product;
-  std::fill_n(product[0].data(), padded(points.size), 1.0f);
-  for (std::size_t v = 0; v < footprints.size(); ++v) {
-    for (std::size_t k = 0; k < octaves_.size(); ++k) {
-      multiply_octave(points.size, noise[k].data(), contrast_, octaves_[k].frequency, footprints[v],
-                      product[k].data(), product[k + 1].data());
-    }
-    std::fill_n(sum.data(), padded(points.size), 0.0f);
-    for (std::size_t l = 0; l < levels_.size(); ++l) {
-      add_clumps(points, levels_[l], *density_, product[before_[l]].data(), footprints[v],
-                 sum.data());
-    }
-    fill_light(points.size, sum.data(), product[octaves_.size()].data(), out[v]);
+}
+
+void AssociationTexture::multiply_octaves(std::size_t size, const OctaveArrays& noise,
+                                          const float* footprints, OctaveArrays& products) const {
+  std::fill_n(products[0].data(), padded(size), 1.0f);
+  for (std::size_t k = 0; k < octaves_.size(); ++k) {
+    multiply_octave(size, noise[k].data(), contrast_, octaves_[k].frequency, footprints,
+                    products[k].data(), products[k + 1].data());
   }
 }
 

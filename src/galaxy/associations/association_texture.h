@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -72,6 +73,19 @@ class AssociationTexture : public Texture {
            std::span<SeenNoise> out, std::uint64_t& evaluations) const override;
   void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
               std::span<const double> deviations, std::span<BatchArray> out) const override;
+
+  /// Largest number of octaves. The last is no shorter than the diameter of the smallest clumps.
+  static constexpr std::size_t most_octaves = 7;
+  using OctaveArrays = std::array<BatchArray, most_octaves + 1>;
+  /// The noise of each octave.
+  void fill_octaves(const Points& points, OctaveArrays& noise) const;
+  /// products[k] is the product of the first k octaves for rays of these footprints (null for
+  /// none).
+  void multiply_octaves(std::size_t size, const OctaveArrays& noise, const float* footprints,
+                        OctaveArrays& products) const;
+  /// The number of octaves of M_l, and of M.
+  std::size_t octaves_before(std::size_t level) const { return before_[level]; }
+  std::size_t octaves() const { return octaves_.size(); }
 
   const std::vector<ClumpLevel>& levels() const { return levels_; }
   const SurfaceDensity& density() const { return *density_; }

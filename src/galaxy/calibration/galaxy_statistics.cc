@@ -312,10 +312,14 @@ void GalaxyStatistics::normalise(std::size_t c) {
   is_normalised_[c] = true;
 }
 
+double GalaxyStatistics::wanted_error(std::size_t c, double footprint) const {
+  const double error =
+      footprint > 0 ? galaxy_.mean_error() : std::min(galaxy_.mean_error(), whole_error);
+  return error / std::sqrt(share(c));
+}
+
 std::size_t GalaxyStatistics::points_needed(const Mean& mean, double error) const {
-  const double wanted =
-      mean.footprint > 0 ? galaxy_.mean_error() : std::min(galaxy_.mean_error(), whole_error);
-  const double excess = error / wanted * std::sqrt(share(mean.component));
+  const double excess = error / wanted_error(mean.component, mean.footprint);
   const auto first = static_cast<double>(first_points());
   const auto most = static_cast<double>(galaxy_.most_cloud_points());
   if (!(excess > 1) || most <= first) return 0;
@@ -328,6 +332,17 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
   for (const Mean& mean : means_) {
     if (mean.component == c) widths.push_back(mean.footprint);
   }
+  NumberWriter writer(numbers);
+  bool is_known = false;
+  for (const double width : widths) {
+    const auto mean =
+        component_at(c).texture_mean(width, wanted_error(c, width), galaxy_.most_cloud_points());
+    if (!mean) break;
+    is_known = true;
+    writer.add(*mean);
+    writer.add(0);
+  }
+  if (is_known) return;
   const Cloud cloud = component_at(c).cloud(first_points());
   std::vector<CloudMoments> parts(cloud.batches * widths.size());
   parallel_for(cloud.batches, [&](std::size_t b) {
@@ -339,7 +354,6 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
       parts[b * widths.size() + w].add(batch, phi[w].data());
     }
   });
-  NumberWriter writer(numbers);
   for (std::size_t w = 0; w < widths.size(); ++w) {
     CloudMoments moments;
     for (std::size_t b = 0; b < cloud.batches; ++b) {

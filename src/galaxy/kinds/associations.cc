@@ -1,6 +1,9 @@
 #include <algorithm>
+#include <cmath>
 #include <memory>
+#include <optional>
 
+#include "galaxy/associations/association_mean.h"
 #include "galaxy/associations/association_texture.h"
 #include "gamer/core/random.h"
 #include "gamer/galaxy/kinds/layer.h"
@@ -30,31 +33,59 @@ class Associations : public Layer {
       texture_ = std::make_unique<AssociationTexture>(
           static_cast<const AssociationTexture&>(*twin->texture()), parameters.seed);
     } else {
-      texture_ = std::make_unique<AssociationTexture>(parameters, surface_density(arms), shape.z0);
+      texture_ = std::make_unique<AssociationTexture>(parameters, surface_density(), shape.z0);
     }
   }
 
+  std::optional<double> texture_mean(double width, double error,
+                                     std::size_t most_points) const override {
+    const double integral = envelope_integral();
+    AssociationLayer layer;
+    layer.density = [&](const Points& points, float* out) {
+      envelope_at(points, out);
+      for (std::size_t i = 0; i < points.size; ++i) {
+        out[i] = static_cast<float>(double{out[i]} / integral);
+      }
+    };
+    layer.cloud = [this](std::size_t size) { return cloud(size); };
+    layer.most_points = most_points;
+    return association_mean(static_cast<const AssociationTexture&>(*texture()), layer,
+                            width * footprint_scale(), error);
+  }
+
  private:
-  /// The envelope in the plane.
-  SurfaceDensity surface_density(const ArmPattern& arms) const {
-    SurfaceDensity density{density_points, std::vector<float>(density_points * density_points)};
+  /// The envelope at points, which is 0 outside the ball.
+  void envelope_at(const Points& points, float* out) const {
     SampleBatch batch{};
-    BatchArray envelope;
-    for (std::size_t first = 0; first < density.values.size(); first += batch.size) {
-      batch.size = std::min(batch_capacity, density.values.size() - first);
-      for (std::size_t i = 0; i < batch.size; ++i) {
+    batch.size = points.size;
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      batch.x[i] = points.x[i];
+      batch.y[i] = points.y[i];
+      batch.z[i] = points.z[i];
+      batch.r[i] = std::hypot(batch.x[i], batch.y[i]);
+      batch.azimuth[i] = std::atan2(batch.y[i], batch.x[i]);
+      batch.taper[i] =
+          static_cast<float>(taper_at(std::hypot(double{batch.r[i]}, double{batch.z[i]})));
+    }
+    arms().winding(batch.r.data(), batch.size, batch.winding.data());
+    Layer::envelope(batch, out);
+  }
+
+  /// The envelope in the plane.
+  SurfaceDensity surface_density() const {
+    SurfaceDensity density{density_points, std::vector<float>(density_points * density_points)};
+    BatchArray x{}, y{}, z{}, envelope;
+    for (std::size_t first = 0; first < density.values.size(); first += batch_capacity) {
+      const std::size_t size = std::min(batch_capacity, density.values.size() - first);
+      for (std::size_t i = 0; i < size; ++i) {
         const auto place = [](std::size_t k) {
           return 2 * static_cast<float>(k) / (density_points - 1) - 1;
         };
-        batch.x[i] = place((first + i) % density_points);
-        batch.y[i] = place((first + i) / density_points);
-        batch.r[i] = std::hypot(batch.x[i], batch.y[i]);
-        batch.azimuth[i] = std::atan2(batch.y[i], batch.x[i]);
-        batch.taper[i] = static_cast<float>(taper_at(double{batch.r[i]}));
+        x[i] = place((first + i) % density_points);
+        y[i] = place((first + i) / density_points);
       }
-      arms.winding(batch.r.data(), batch.size, batch.winding.data());
-      Layer::envelope(batch, envelope.data());
-      std::copy_n(envelope.data(), batch.size, density.values.data() + first);
+      envelope_at({x.data(), y.data(), z.data(), size}, envelope.data());
+      std::copy_n(envelope.data(), size, density.values.data() + first);
     }
     const float most = *std::max_element(density.values.begin(), density.values.end());
     for (float& value : density.values) value = std::max(value, least_density * most);

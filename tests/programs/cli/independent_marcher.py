@@ -805,18 +805,83 @@ class Associations:
         return ((1 - u) * ((1 - v) * d[i, j] + v * d[i, j + 1]) +
                 u * ((1 - v) * d[i + 1, j] + v * d[i + 1, j + 1]))
 
-    def phi(self, p):
-        q, one = self.q, np.ones(p.shape[1])
-        factors = [(wavelength, np.clip(
-            1 + q["clustering"] / math.sqrt(SIMPLEX_VARIANCE) *
-            simplex(p / wavelength + offset, seed)[0], 0, 2))
-            for wavelength, offset, seed in self.octaves]
-        total = one
+    def complexes(self, p, shortest=0):
+        """It is the product of the octaves that are no shorter."""
+        product = np.ones(p.shape[1])
+        for wavelength, offset, seed in self.octaves:
+            if wavelength >= shortest:
+                product = product * np.clip(
+                    1 + self.q["clustering"] / math.sqrt(SIMPLEX_VARIANCE) *
+                    simplex(p / wavelength + offset, seed)[0], 0, 2)
+        return product
+
+    def crowding(self, p, level):
+        return level["occupancy"] * np.maximum(self.complexes(p, 4 * level["cell"]), 0.15)
+
+    def layer_mean(self, layer, error):
+        """The mean of Phi over the layer, clump by clump, to about this relative error."""
+        def octaves(size):
+            p, w = layer.cloud(size)
+            m = np.concatenate([self.complexes(p[:, i:i + 2**15])
+                                for i in range(0, len(w), 2**15)])
+            mean = np.average(m, weights=w)
+            return mean, math.sqrt(np.sum((w * (m - mean))**2)) / w.sum() / mean
+        mean, rough = octaves(2**13)
+        excess = (1 - sum(level["share"] for level in self.levels)) * rough / error
+        if excess > 1:
+            mean, _ = octaves(int(min(1.5 * 2**13 * excess**2, 2**22)))
+        result = mean
         for level in self.levels:
-            cell = level["cell"]
-            crowding = np.prod([one] + [f for wavelength, f in factors if wavelength >= 4 * cell],
-                               axis=0)
-            crowding = level["occupancy"] * np.maximum(crowding, 0.15)
+            clumps = level["occupancy"] / level["cell"]**2
+            excess = 1.5 * level["share"] / math.sqrt(clumps) / (0.3 * error)
+            if excess >= 1:
+                points = min(max(2 * int(excess**1.5), 16), 256)
+                result += level["share"] * (self.mean_of_clumps(layer, level, points) - mean)
+        return result
+
+    def mean_of_clumps(self, layer, level, points):
+        """The light of a level's clumps over its mean, times the octaves, over the layer."""
+        cell, (off_x, off_y) = level["cell"], level["offset"]
+        reach = math.ceil(1 / cell) + 1
+        i, j = (a.ravel() for a in np.meshgrid(
+            int(off_x) + np.arange(-reach, reach + 1), int(off_y) + np.arange(-reach, reach + 1)))
+        i32, j32 = ((a & 0xFFFFFFFF).astype(U32) for a in (i, j))
+        word = mix32(i32 * PX ^ mix32(j32 * PY + level["seed"]))
+        again = mix32(word + U32(0x9E3779B9))
+        u = i + (word & U32(0xFFFF)) / 65536 - off_x
+        v = j + (word >> U32(16)) / 65536 - off_y
+        s, c = cell * math.sin(level["angle"]), cell * math.cos(level["angle"])
+        k = (again >> U32(23)).astype(int)
+        centre = np.array([c * u - s * v, s * u + c * v, level["z"][k]])
+        number, radius = (again & U32(0xFFFF)) / 65536, level["radius"][k]
+        light = level["amplitude"][k] * 4 / 3 * np.pi * radius**3
+        near = np.hypot(*centre[:2]) < 1 + cell
+        near[near] &= number[near] <= 4 * (self.crowding(centre[:, near], level) *
+                                           self.surface_density(centre[:2, near]))
+        n = np.arange(points // 2).astype(object)
+        u = [(((1 << 63) + n * step & M64) / 2**64).astype(float) for step in (
+            0xD1B54A32D192ED03, 0xABC98388FB8FAC02, 0x8CB92BA72F3D8DD7)]
+        line = (np.arange(4096) + 0.5) / 4096
+        q = 1 - line**2
+        below = np.concatenate([[0], np.cumsum(line**2 * (q**3 + 6 * q**12))])
+        light *= 3 / 4096 * below[-1]
+        r, cosine = np.interp(u[0] * below[-1], below, np.arange(4097) / 4096), 2 * u[1] - 1
+        sine, angle = np.sqrt(1 - cosine**2), 2 * np.pi * u[2]
+        offsets = r * np.array([sine * np.cos(angle), sine * np.sin(angle), cosine])
+        total = 0
+        for n in np.flatnonzero(near):
+            place = centre[:, n:n + 1]
+            p = place + radius[n] * np.concatenate([offsets, -offsets], axis=1)
+            occupancy = np.minimum(self.crowding(p, level) * self.surface_density(place), 1 / 1.3)
+            weight = np.clip((1.3 - number[n] / occupancy) / 0.6, 0, 1)
+            total += light[n] * np.mean(weight / occupancy * layer.envelope(p) *
+                                        self.complexes(p))
+        return total / layer.integral()
+
+    def phi(self, p):
+        total = np.ones(p.shape[1])
+        for level in self.levels:
+            cell, crowding = level["cell"], self.crowding(p, level)
             s, c = math.sin(level["angle"]) / cell, math.cos(level["angle"]) / cell
             x = p[0] * c + p[1] * s + level["offset"][0]
             y = p[1] * c - p[0] * s + level["offset"][1]
@@ -837,7 +902,7 @@ class Associations:
                     light = light + weight / occupancy * level["amplitude"][k] * (
                         rest**3 + 6 * rest**12)
             total = total + level["share"] * (light - 1)
-        return total * np.prod([one] + [f for _, f in factors], axis=0) / self.mean
+        return total * self.complexes(p) / self.mean
 
 
 # Spectra.
@@ -930,6 +995,11 @@ class Component:
         else:
             phi = self.phi(p)
         mean = np.average(phi, weights=w)
+        if isinstance(self.texture, Associations):
+            if ratio is None:
+                ratio = self.texture.layer_mean(self.layer, 0.003 / math.sqrt(share)) / mean
+            self.texture.mean *= mean * ratio
+            return ratio
         error = math.sqrt(np.sum((w * (phi - mean))**2)) / w.sum() / mean
         excess = error / 0.003 * math.sqrt(share)
         points = int(min(max(1.5 * 2**13 * excess**2, 2**15), 2**22)) if excess > 1 else 0

@@ -101,6 +101,8 @@ class GalaxyStatistics {
   /// is `error`; 0 if the first cloud suffices.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
+  /// The relative error that the mean of component c's Phi at this footprint may have.
+  double wanted_error(std::size_t c, double footprint) const;
   /// Component c's share of the galaxy's light; 1 for dust, and in galaxies with a star field.
   double share(std::size_t c) const;
   /// Writes the means of component c over its first cloud to `numbers`: value and error of each.

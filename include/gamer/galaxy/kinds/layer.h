@@ -61,6 +61,7 @@ class Layer : public Component {
 
   const LayerShape& shape() const { return shape_; }
   const RadialLaw& law() const { return law_; }
+  const ArmPattern& arms() const { return arms_; }
 
   /// Declarations of z0 ... twirl, shared by the kinds.
   static ParameterTable parameters();

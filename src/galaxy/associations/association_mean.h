@@ -1,0 +1,32 @@
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+#include "galaxy/associations/association_texture.h"
+#include "gamer/noise/cloud.h"
+
+namespace gamer {
+
+/// The layer over which the mean of a texture of associations is taken.
+struct AssociationLayer {
+  /// Fills an array with the envelope at points, divided by its integral over the ball.
+  std::function<void(const Points& points, float* out)> density;
+  /// About `size` points spread over the envelope.
+  std::function<Cloud(std::size_t size)> cloud;
+  /// Largest number of these points.
+  std::size_t most_points = 0;
+};
+
+/// The mean of Phi over a layer for rays of one footprint (galaxy radii; 0 resolves everything),
+/// with a relative error of about `error`:
+///   <Phi>/scale = (1 - sum_l s_l) <M> + sum_l s_l <M C_l>.
+/// Here s_l is the share of the light in clumps of level l that such rays see, and C_l is the light
+/// of these clumps relative to its mean. <M> is a mean over a cloud of points. A cloud would miss
+/// the few brightest clumps. <M C_l> is therefore a sum over all clumps: the light of each, times
+/// the mean of density and M over points that follow its profile. Levels of so many clumps that
+/// their chance counts for little have <M C_l> = <M>.
+double association_mean(const AssociationTexture& texture, const AssociationLayer& layer,
+                        double footprint, double error);
+
+}  // namespace gamer
