@@ -185,10 +185,15 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
         read_scene(catalogue, parameters, spectrum, camera, resources, library));
   };
   std::shared_ptr<Scene> scene = read();
-  std::map<const Galaxy*, FootprintRange> needed = footprints_by_galaxy(*scene, parameters, camera);
+  const auto footprints = [&] {
+    using Footprints = std::map<const Galaxy*, FootprintRange>;
+    return library.measures_as_draft() ? Footprints()
+                                       : footprints_by_galaxy(*scene, parameters, camera);
+  };
+  std::map<const Galaxy*, FootprintRange> needed = footprints();
   if (!library.suffices(needed)) {
     scene = read();
-    needed = footprints_by_galaxy(*scene, parameters, camera);
+    needed = footprints();
   }
   if (scene->list == list) scene->list = list;
   RenderJob::Pending pending{library.take_unmeasured(*scene), {}, nullptr};

@@ -41,6 +41,12 @@ class GalaxyLibrary {
   /// (Accuracy::shares_closure is false).
   void keep_closures_apart() { settings_.accuracy.shares_closure = false; }
 
+  /// Galaxies made after this call are measured over few points, for all footprints, and equally
+  /// for every tolerance and camera. The brightness of their components then errs by a few per
+  /// cent.
+  void measure_as_draft();
+  bool measures_as_draft() const { return is_draft_; }
+
   /// From now on, takes from this store the galaxies that earlier scenes measured.
   void reuse(std::shared_ptr<MeasuredGalaxies> measured) { measured_ = std::move(measured); }
   /// Whether all galaxies that were taken are measured for the footprints that a scene needs. If
@@ -85,6 +91,7 @@ class GalaxyLibrary {
                  std::shared_ptr<const Galaxy> galaxy);
 
   GalaxySettings settings_;  ///< settings that all rows share
+  bool is_draft_ = false;
   /// SceneSettings::overrides, by type.
   std::map<std::string, std::shared_ptr<const ConfigNode>> overrides_;
   std::uint64_t seed_;
