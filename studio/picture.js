@@ -86,6 +86,17 @@ export class Picture {
     }
   }
 
+  /// Takes rows of the frame that have changed, as a strip (strips.js) brings them.
+  setRows({header: {row, rows}, values}) {
+    const gl = this.gl, {width, planes} = this.frame.header;
+    this.isSummed = false;
+    this.read = null;
+    if (!this.onGpu) return;
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.planes);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, row, 0, width, rows, planes.length, gl.RED, gl.FLOAT, values);
+  }
+
   /// Takes the weights [red, green, blue] of each plane.
   setWeights(weights) {
     const key = weights.flat().join();

@@ -55,6 +55,10 @@ void GalaxyLibrary::measure_as_draft() {
   settings_.most_cloud_points = draft_points;
 }
 
+FootprintRange GalaxyLibrary::draft_footprints() {
+  return {0, Accuracy::from_tolerance(draft_tolerance).widest_footprint};
+}
+
 std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const std::string& sed,
                                                   std::uint64_t seed, const SceneRow& row) {
   const auto known_type = smooth_.find({type, sed});

@@ -41,11 +41,12 @@ class GalaxyLibrary {
   /// (Accuracy::shares_closure is false).
   void keep_closures_apart() { settings_.accuracy.shares_closure = false; }
 
-  /// Galaxies made after this call are measured over few points, for all footprints, and equally
-  /// for every tolerance and camera. The brightness of their components then errs by a few per
-  /// cent.
+  /// Galaxies made after this call are measured over few points, and equally for every camera and
+  /// tolerance. The light of a component then errs by about a per cent.
   void measure_as_draft();
   bool measures_as_draft() const { return is_draft_; }
+  /// The footprints for which drafts are measured; wider ones are seen at no lower tolerance.
+  static FootprintRange draft_footprints();
 
   /// From now on, takes from this store the galaxies that earlier scenes measured.
   void reuse(std::shared_ptr<MeasuredGalaxies> measured) { measured_ = std::move(measured); }
