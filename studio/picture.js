@@ -5,6 +5,9 @@ import {automaticTone, modes, steepnessOf} from './stretch.js';
 import * as shaders from './shaders.js';
 import {kernelLength} from './seeing.js';
 
+// Pixels of a texture, relative to those of the canvas, of which two passes are faster than one.
+const mostColoured = 0.7;
+
 export class Picture {
   /// Throws Error where the browser has no WebGL2.
   constructor(canvas) {
@@ -216,12 +219,12 @@ export class Picture {
     this.paint(this.seen(seeing), [width, height], tone, look);
   }
 
-  /// Draws the channels of a texture of a size. Where it has fewer pixels than the canvas its pixels
-  /// become colours, and the colours are interpolated; else the light is.
+  /// Draws the channels of a texture of a size. Where the canvas has far more pixels, those of the
+  /// texture become colours, and the colours are interpolated; else the light is.
   paint(channels, size, tone, look) {
     const gl = this.gl, shown = [this.canvas.width, this.canvas.height];
-    if (size[0] * size[1] > shown[0] * shown[1]) {
-      this.stretch(channels, shown, tone, look, !look.pixels);
+    if (size[0] * size[1] > mostColoured * shown[0] * shown[1]) {
+      this.stretch(channels, shown, tone, look, !look.pixels && size.join() !== shown.join());
       return;
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);

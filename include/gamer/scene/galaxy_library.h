@@ -42,7 +42,7 @@ class GalaxyLibrary {
   void keep_closures_apart() { settings_.accuracy.shares_closure = false; }
 
   /// Galaxies made after this call are measured over few points, and equally for every camera and
-  /// tolerance. The light of a component then errs by about a per cent.
+  /// tolerance. The light of a component then errs by a few per cent.
   void measure_as_draft();
   bool measures_as_draft() const { return is_draft_; }
   /// The footprints for which drafts are measured; wider ones are seen at no lower tolerance.
