@@ -96,9 +96,8 @@ std::string AttenuationNames::name(const PlacedGalaxy& probe) const {
   append(probe.centre, text);
   append(probe.pole, text);
   for (int i = 0; i < 3; ++i) append(probe.to_ball[i], text);
-  for (const double number :
-       {probe.radius, probe.bounding_radius, probe.magnification, probe.source_stretch,
-        probe.redshift, probe.brightness}) {
+  for (const double number : {probe.radius, probe.bounding_radius, probe.magnification,
+                              probe.source_stretch, probe.redshift, probe.brightness}) {
     append(number, text);
   }
   for (const auto& component : probe.galaxy->components()) {

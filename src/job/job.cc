@@ -151,8 +151,7 @@ void forget_columns(RenderParameters& parameters) {
 /// Empty in a film.
 std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
                                                              const RenderParameters& parameters,
-                                                             const Camera& camera,
-                                                             bool is_draft) {
+                                                             const Camera& camera, bool is_draft) {
   // Cameras of a film's other frames may be nearer.
   if (parameters.animation.frames > 0) return {};
   const auto has_stars = [](const PlacedGalaxy& placed) {

@@ -116,7 +116,8 @@ void Measurement::run() {
 void Measurement::recall() {
   const CalibrationCache* const cache = calibration_cache();
   for (const Subject& own : subjects_) {
-    if (cache != nullptr && is_for_cache(*own.galaxy)) known_.merge(cache->load(own.galaxy->shape()));
+    if (cache != nullptr && is_for_cache(*own.galaxy))
+      known_.merge(cache->load(own.galaxy->shape()));
   }
   if (ranks_.size() == 1) return;
   const std::string all = ranks_.broadcast(ranks_.rank() == 0 ? pack_parts(known_) : "");
