@@ -111,7 +111,7 @@ FUNCTIONS = """
 """
 
 # What is measured, the function of the page, and how many times.
-WHAT = (("a change of the stretch", "stretch", 30), ("its drawing alone", "drawing", 30),
+WHAT = (("a change of the stretch", "stretch", 30), ("the drawing of the picture alone", "drawing", 30),
         ("a change of the shares of light", "share", 30), ("orbit, to the first frame", "orbit", 8),
         ("orbit, from frame to frame", "drag", 3), ("a noise parameter of the disk", "parameter", 8),
         (f"{SIDE} x {SIDE} at tolerance {TOLERANCE:g}, by way of the coarse levels", "whole", 3))
