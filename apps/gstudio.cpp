@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <string>
 #include <vector>
 
@@ -41,7 +42,7 @@ class CommandLine {
   gamer::StudioOptions options_;
   std::string answer_, manual_;
   std::vector<std::string> files_;
-  bool shows_version_ = false, has_no_browser_ = false;
+  bool shows_version_ = false, has_no_browser_ = false, has_no_cache_ = false;
   CLI::App app_{"Designs a galaxy on a page in the browser, and shows it.", "gstudio"};
 };
 
@@ -64,6 +65,8 @@ CommandLine::CommandLine() {
   app_.add_option("-j,--threads", options_.threads, "threads (default: all cores)")
       ->check(CLI::Range(1, most_threads));
   app_.add_flag("--no-browser", has_no_browser_, "open no browser");
+  app_.add_flag("--no-cache", has_no_cache_,
+                "measure galaxies anew, without the cache of earlier jobs (GAMER_CACHE)");
   app_.add_flag("--version", shows_version_, "print the version");
   app_.add_option("--print-manual", manual_)->group("");  // man, bash or zsh, for the build
 }
@@ -81,6 +84,8 @@ void CommandLine::parse(int argc, char** argv) {
   if (shows_version_) answer_ = fmt::format("gstudio {}\n", gamer::version());
   if (!manual_.empty()) answer_ = gamer::manual_text(gamer::studio_manual(app_), manual_);
   options_.opens_browser = !has_no_browser_;
+  // Renders, which are runs of gamer, inherit it.
+  if (has_no_cache_) setenv("GAMER_CACHE", "off", 1);
   if (files_.size() == 2) {
     options_.parameters = files_[0];
     options_.scene = files_[1];

@@ -14,6 +14,13 @@ const trials = [48, 192];   // sides of the drafts whose time is measured
 const leastSide = 200, mostSide = 1024;
 const trueSide = 256;       // of the first render that replaces a draft
 
+/// Whether the processor draws, since there is no GPU.
+function isSoftware(gl) {
+  const info = gl.getExtension('WEBGL_debug_renderer_info');
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i
+      .test(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+}
+
 /// Events: `ready` (a draft has come).
 export class Draft extends EventTarget {
   constructor({connection, doc, ui, picture, preview, stage}) {
@@ -24,6 +31,7 @@ export class Draft extends EventTarget {
     this.refused = null;   // key of what has no draft
     this.side = 0;         // longest side that is drawn in time; 0 for none
     this.isShown = false;
+    this.isSlow = isSoftware(picture.gl);
     this.taking = Promise.resolve();
     // Slices are unpacked and taken in their order.
     connection.addEventListener('draft', ({detail}) => {
@@ -117,7 +125,7 @@ export class Draft extends EventTarget {
     return texture;
   }
 
-  /// Finds the side whose drafts take `frameMs`. Without a GPU there is none.
+  /// Finds the side whose drafts take `frameMs`. Where the GPU is slow there is none.
   measure() {
     const gl = this.picture.gl, pixel = new Float32Array(4);
     for (const side of trials) {
@@ -151,7 +159,7 @@ export class Draft extends EventTarget {
     const part = Math.min(this.side / longest, 1);
     const sides = [canvas.width, canvas.height].map((side) => Math.max(Math.round(side * part), 1));
     this.march(this.ui.camera, ...sides);
-    this.picture.paint(this.target, tone, look);
+    this.picture.paint(this.target, sides, tone, look);
   }
 
   /// Draws the channels of a view into the target.

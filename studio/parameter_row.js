@@ -4,6 +4,8 @@ import {h, icon} from './dom.js';
 import {positionOf, sliderScale, text, valueAt} from './scale.js';
 
 const resolution = 1000;
+// Units that are too long for a row; tooltips have the whole.
+const shortUnits = {'galaxy radii': 'radii', '1/galaxy radii': '1/radius', 'cycles per galaxy radius': '1/radius'};
 let count = 0;
 
 /// `actions` has preview(value), commit(value) and reset(to the file or default). Its show() takes
@@ -15,7 +17,7 @@ export class ParameterRow {
     this.actions = actions;
     this.id = `parameter-${++count}`;
     this.reset = h('button', {type: 'button', class: 'reset', onclick: () => actions.reset()}, icon('reset'));
-    const unit = declared.unit ? h('span', {class: 'unit'}, declared.unit) : null;
+    const unit = declared.unit ? h('span', {class: 'unit', title: declared.unit}, shortUnits[declared.unit] ?? declared.unit) : null;
     this.label = h('label', {for: this.id, title: this.tip()}, declared.label ?? declared.name);
     this.element = h('div', {class: this.isNumber || declared.type === 'boolean' ? 'row' : 'row words', 'data-key': declared.name},
                      this.label, unit, ...this.controls(words), this.reset);
@@ -46,8 +48,9 @@ export class ParameterRow {
       return [this.input];
     }
     if (type === 'choice' && choices?.length) {
-      this.input = h('select', {id: this.id, onchange: () => this.commit(this.input.value)},
-                     choices.map((word) => h('option', {value: word}, word)));
+      const none = this.declared.default === null ? [h('option', {value: ''}, 'automatic')] : [];
+      this.input = h('select', {id: this.id, onchange: () => this.commit(this.input.value || null)},
+                     none, choices.map((word) => h('option', {value: word}, word)));
       return [this.input];
     }
     this.input = h('input', {type: 'text', id: this.id, inputMode: this.isNumber ? 'decimal' : 'text',

@@ -5,6 +5,9 @@ import {automaticTone, modes, steepnessOf} from './stretch.js';
 import * as shaders from './shaders.js';
 import {kernelLength} from './seeing.js';
 
+// Pixels of a texture, relative to those of the canvas, of which two passes are faster than one.
+const mostColoured = 0.7;
+
 export class Picture {
   /// Throws Error where the browser has no WebGL2.
   constructor(canvas) {
@@ -36,6 +39,7 @@ export class Picture {
     this.weights = this.nearest(gl.TEXTURE_2D);
     this.channels = this.nearest(gl.TEXTURE_2D);
     this.blurred = [0, 1].map(() => this.nearest(gl.TEXTURE_2D));
+    this.colours = null;
     this.target = gl.createFramebuffer();
   }
 
@@ -83,6 +87,17 @@ export class Picture {
       gl.bindTexture(gl.TEXTURE_2D, texture);
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, null);
     }
+  }
+
+  /// Takes rows of the frame that have changed, as a strip (strips.js) brings them.
+  setRows({header: {row, rows}, values}) {
+    const gl = this.gl, {width, planes} = this.frame.header;
+    this.isSummed = false;
+    this.read = null;
+    if (!this.onGpu) return;
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.planes);
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
+    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, row, 0, width, rows, planes.length, gl.RED, gl.FLOAT, values);
   }
 
   /// Takes the weights [red, green, blue] of each plane.
@@ -201,12 +216,38 @@ export class Picture {
     if (!this.frame || this.gl.isContextLost()) return;
     this.sumUp();
     const {width, height} = this.frame.header;
-    this.paint(this.seen(seeing), tone, look, [width, height]);
+    this.paint(this.seen(seeing), [width, height], tone, look);
   }
 
-  /// Draws the channels of a texture.
-  /// Pixels of `size` need no interpolation on a canvas of this size.
-  paint(channels, tone, look, size = null) {
+  /// Draws the channels of a texture of a size. Where the canvas has far more pixels, those of the
+  /// texture become colours, and the colours are interpolated; else the light is.
+  paint(channels, size, tone, look) {
+    const gl = this.gl, shown = [this.canvas.width, this.canvas.height];
+    if (size[0] * size[1] > mostColoured * shown[0] * shown[1]) {
+      this.stretch(channels, shown, tone, look, !look.pixels && size.join() !== shown.join());
+      return;
+    }
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.coloursOf(size), 0);
+    this.stretch(channels, size, tone, look, false);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.target);
+    gl.blitFramebuffer(0, 0, ...size, 0, 0, ...shown, gl.COLOR_BUFFER_BIT, look.pixels ? gl.NEAREST : gl.LINEAR);
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, null);
+  }
+
+  /// A texture of colours of a size.
+  coloursOf(size) {
+    const gl = this.gl;
+    if (this.colours?.size.join() === size.join()) return this.colours.texture;
+    if (this.colours) gl.deleteTexture(this.colours.texture);
+    this.colours = {texture: this.nearest(gl.TEXTURE_2D), size: [...size]};
+    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA8, ...size);
+    return this.colours.texture;
+  }
+
+  /// Makes colours of the channels of a texture, of so many pixels.
+  stretch(channels, size, tone, look, isSmoothed) {
     const gl = this.gl, {program, places} = this.stretching;
     gl.useProgram(program);
     gl.activeTexture(gl.TEXTURE0);
@@ -223,9 +264,8 @@ export class Picture {
     gl.uniform1f(places.gain, 2 ** look.exposure);
     gl.uniform1f(places.gamma, look.gamma);
     gl.uniform1f(places.saturation, look.saturation);
-    const {width, height} = this.canvas, isSameSize = size && size[0] === width && size[1] === height;
-    gl.uniform1i(places.smoothed, look.pixels || isSameSize ? 0 : 1);
-    gl.viewport(0, 0, this.canvas.width, this.canvas.height);
+    gl.uniform1i(places.smoothed, isSmoothed ? 1 : 0);
+    gl.viewport(0, 0, ...size);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 

@@ -115,8 +115,12 @@ export class Preview extends EventTarget {
     if (!target) return;
     putStrip(target, strip);
     this.isFinal = false;
-    this.picture.setFrame(target);
-    this.weigh();
+    if (isOpen) {
+      this.picture.setRows(strip);
+    } else {
+      this.picture.setFrame(target);
+      this.weigh();
+    }
     this.dispatchEvent(new Event('frame'));
   }
 

@@ -24,7 +24,7 @@ export class RenderDialog {
     const form = h('form', {class: 'render'},
         h('label', {for: name.id}, 'File'), name, h('label', {for: size.id}, 'Size, pixels'), size,
         h('label', {for: tolerance.id}, 'Tolerance'), tolerance,
-        h('p', {class: 'note'}, 'The name\'s suffix decides: .fits, .fits.fz, .png. Mutes and the stretch of the page do not count.'),
+        h('p', {class: 'note'}, 'The name\'s suffix decides: .fits, .fits.fz, .png, .bmp. Mutes and the stretch of the page do not count.'),
         bar, note, h('div', {class: 'buttons'}, stop, start));
     dialog(film ? 'Render the film' : 'Render', form, 'small');
     form.addEventListener('submit', async (event) => {

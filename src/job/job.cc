@@ -151,7 +151,7 @@ void forget_columns(RenderParameters& parameters) {
 /// Empty in a film.
 std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
                                                              const RenderParameters& parameters,
-                                                             const Camera& camera) {
+                                                             const Camera& camera, bool is_draft) {
   // Cameras of a film's other frames may be nearer.
   if (parameters.animation.frames > 0) return {};
   const auto has_stars = [](const PlacedGalaxy& placed) {
@@ -162,10 +162,13 @@ std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
   const bool draws_stars = std::ranges::any_of(scene.galaxies, has_stars);
   std::map<const Galaxy*, FootprintRange> by_galaxy;
   for (const PlacedGalaxy& placed : scene.galaxies) {
-    FootprintRange own = Renderer::footprints(parameters, camera, scene.unit, placed) |
-                         measure_footprints(measure_accuracy(parameters));
-    if (is_observed(placed, parameters.photometry, scene.unit)) {
-      own = own | attenuation_footprints(parameters);
+    FootprintRange own = GalaxyLibrary::draft_footprints();
+    if (!is_draft) {
+      own = Renderer::footprints(parameters, camera, scene.unit, placed) |
+            measure_footprints(measure_accuracy(parameters));
+      if (is_observed(placed, parameters.photometry, scene.unit)) {
+        own = own | attenuation_footprints(parameters);
+      }
     }
     own.sees_whole = draws_stars;
     const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), own);
@@ -185,10 +188,13 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
         read_scene(catalogue, parameters, spectrum, camera, resources, library));
   };
   std::shared_ptr<Scene> scene = read();
-  std::map<const Galaxy*, FootprintRange> needed = footprints_by_galaxy(*scene, parameters, camera);
+  const auto footprints = [&] {
+    return footprints_by_galaxy(*scene, parameters, camera, library.measures_as_draft());
+  };
+  std::map<const Galaxy*, FootprintRange> needed = footprints();
   if (!library.suffices(needed)) {
     scene = read();
-    needed = footprints_by_galaxy(*scene, parameters, camera);
+    needed = footprints();
   }
   if (scene->list == list) scene->list = list;
   RenderJob::Pending pending{library.take_unmeasured(*scene), {}, nullptr};
@@ -214,7 +220,8 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
   measure_galaxies(pending.galaxies, pending.footprints, ranks, memory);
   if (pending.keep) pending.keep(pending.footprints);
   if (pending.attenuation != nullptr) {
-    apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene);
+    apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene,
+                      memory);
   }
   if (pending.star_tone) find_star_tone(job, ranks, threads);
 }

@@ -62,6 +62,11 @@ std::vector<RowRange> part_blocks(int parts, const Ranks& ranks) {
   return blocks;
 }
 
+/// Whether the cache takes a galaxy. Drafts, which are measured over few points, soon change.
+bool is_for_cache(const Galaxy& galaxy) {
+  return galaxy.most_cloud_points() >= GalaxySettings().most_cloud_points;
+}
+
 /// A measurement of galaxies in rounds.
 class Measurement {
  public:
@@ -111,7 +116,8 @@ void Measurement::run() {
 void Measurement::recall() {
   const CalibrationCache* const cache = calibration_cache();
   for (const Subject& own : subjects_) {
-    if (cache != nullptr) known_.merge(cache->load(own.galaxy->shape()));
+    if (cache != nullptr && is_for_cache(*own.galaxy))
+      known_.merge(cache->load(own.galaxy->shape()));
   }
   if (ranks_.size() == 1) return;
   const std::string all = ranks_.broadcast(ranks_.rank() == 0 ? pack_parts(known_) : "");
@@ -123,20 +129,21 @@ void Measurement::measure_part(Subject& subject, GalaxyStatistics::Round round, 
   const std::string name = subject.statistics.name(round, part);
   if (memory_ != nullptr && memory_->recall(name, numbers)) return;
   const auto known = known_.find(name);
-  if (known != known_.end() && known->second.size() <= numbers.size()) {
+  const bool is_known = known != known_.end() && known->second.size() <= numbers.size();
+  if (is_known) {
     const auto rest = std::ranges::copy(known->second, numbers.begin()).out;
     std::fill(rest, numbers.end(), 0.0);
   } else {
     subject.statistics.measure(round, part, numbers);
   }
-  if (memory_ != nullptr) memory_->keep(name, numbers);
+  if (memory_ != nullptr) memory_->keep(name, numbers, !is_known);
 }
 
 void Measurement::take(GalaxyStatistics::Round round, const Row& row,
                        std::span<const double> numbers) {
   Subject& own = subjects_[row.subject];
   own.statistics.take(round, row.part, numbers);
-  if (!is_cached_ || calibration_cache() == nullptr) return;
+  if (!is_cached_ || calibration_cache() == nullptr || !is_for_cache(*own.galaxy)) return;
   while (!numbers.empty() && numbers.back() == 0) numbers = numbers.first(numbers.size() - 1);
   std::vector<double> kept(numbers.begin(), numbers.end());
   if (known_.try_emplace(own.statistics.name(round, row.part), std::move(kept)).second) {

@@ -263,6 +263,7 @@ RenderJob Session::load(const RenderInput& input) const {
     label = catalogue.label();
     add_galaxies(input, label, resources);
     GalaxyLibrary library(parameters, label, resources);
+    if (input.is_draft) library.measure_as_draft();
     galaxies_->begin_scene();
     library.reuse(galaxies_);
     return make_job(std::move(parameters), catalogue, resources, library);

@@ -15,6 +15,13 @@
 #include "scene/scene_row.h"
 
 namespace gamer {
+namespace {
+
+// Drafts are measured with the knobs of this tolerance, over so many points of each component.
+constexpr double draft_tolerance = 0.1;
+constexpr std::size_t draft_points = std::size_t{3} << 11;
+
+}  // namespace
 
 const std::vector<std::string>& galaxy_suffixes() {
   static const std::vector<std::string> suffixes = {".toml"};
@@ -40,6 +47,16 @@ GalaxyLibrary::GalaxyLibrary(const RenderParameters& parameters, std::string lab
   for (const auto& [type, values] : parameters.scene.overrides.table()) {
     overrides_.emplace(type, std::make_shared<const ConfigNode>(values));
   }
+}
+
+void GalaxyLibrary::measure_as_draft() {
+  is_draft_ = true;
+  settings_.accuracy = Accuracy::from_tolerance(draft_tolerance);
+  settings_.most_cloud_points = draft_points;
+}
+
+FootprintRange GalaxyLibrary::draft_footprints() {
+  return {0, Accuracy::from_tolerance(draft_tolerance).widest_footprint};
 }
 
 std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const std::string& sed,

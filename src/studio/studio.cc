@@ -2,6 +2,7 @@
 
 #include <malloc.h>
 
+#include "gamer/job/calibration_cache.h"
 #include "studio/browser.h"
 #include "studio/server.h"
 #include "studio/studio_core.h"
@@ -24,6 +25,7 @@ void keep_heap_compact() {
 
 void run_studio(const StudioOptions& options, const std::function<void(const std::string&)>& say) {
   keep_heap_compact();
+  use_calibration_cache(CalibrationCache::of_user());
   Server server(options);
   StudioCore core(options);
   say(server.address());

@@ -31,7 +31,8 @@ const std::vector<std::pair<std::string, std::string>>& sections() {
        "then "
        "see 128 and its number."},
       {"ENVIRONMENT",
-       "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/."},
+       "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/. "
+       "`GAMER_CACHE` is the folder that keeps measurements of galaxies between jobs, or `off`."},
       {"EXAMPLES",
        "    gstudio\n    gstudio mine.toml\n    gstudio render.par scene.lst --folder pictures"},
       {"SEE ALSO", "`gamer`(1), `gutil`(1)"}};

@@ -182,8 +182,10 @@ class LevelView {
                      const Cancellation& cancellation, const Send& send) const {
     const Clock clock;
     RenderParameters own = level_parameters(parameters_, level);
+    // Nobody measures on a coarse view.
+    const bool is_coarse = own.sampling.tolerance > parameters_.sampling.tolerance;
     RenderInput input{
-        own.toml(), RenderInput::Text{document_.scene}, document_.galaxies, {}, label_};
+        own.toml(), RenderInput::Text{document_.scene}, document_.galaxies, {}, label_, is_coarse};
     RenderJob job = session_.load(input);
     const bool has_parts = (wants_components_ || chosen_.mutes_light()) && can_have_parts(job);
     if (has_parts && job.parameters.truth.parts != TruthSettings::Parts::components) {
@@ -206,8 +208,6 @@ class LevelView {
     const std::size_t before = session_.memory().measured();
     const Rendering rendering = session_.render(std::move(job), control);
     head["measured"] = session_.memory().measured() - before;
-    // Nobody measures on a coarse view.
-    const bool is_coarse = own.sampling.tolerance > parameters_.sampling.tolerance;
     head["warnings"] = is_coarse ? std::vector<std::string>() : rendering.warnings;
     head["wcs"] = wcs_json(rendering.job->camera);
     head["milliseconds"] = clock.seconds() * 1000;

@@ -98,13 +98,15 @@ TEST_F(CalibrationCacheTest, ForgetsOldBuilds) {
   EXPECT_EQ(recent.load("0"), some);
 }
 
-std::shared_ptr<Galaxy> noisy_galaxy() {
+std::shared_ptr<Galaxy> noisy_galaxy(
+    std::size_t most_cloud_points = GalaxySettings().most_cloud_points) {
   GalaxySettings settings;
   settings.noise_kind = &simplex_noise();
-  settings.most_cloud_points = 2000;
+  settings.most_cloud_points = most_cloud_points;
   Resources resources({});
-  return Galaxy::read("[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = {octaves = 2}\n",
-                      "noisy.toml", settings, resources);
+  return Galaxy::read(
+      "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = {octaves = 2, contrast = 0.1}\n",
+      "noisy.toml", settings, resources);
 }
 
 TEST_F(CalibrationCacheTest, IsUsedByMeasurements) {
@@ -129,6 +131,10 @@ TEST_F(CalibrationCacheTest, IsUsedByMeasurements) {
   }
   own.save(shape, parts);
   EXPECT_EQ(mean_of(), 2 * mean);
+  // Drafts are not kept.
+  const std::shared_ptr<Galaxy> draft = noisy_galaxy(2000);
+  measure_galaxies(std::span(&draft, 1), {}, Ranks());
+  EXPECT_TRUE(own.load(draft->shape()).empty());
 }
 
 }  // namespace

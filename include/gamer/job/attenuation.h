@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gamer/galaxy/calibration/calibration_memory.h"
 #include "gamer/galaxy/calibration/galaxy_calibration.h"
 #include "gamer/parallel/ranks.h"
 #include "gamer/render/renderer.h"
@@ -20,7 +21,11 @@ FootprintRange attenuation_footprints(const RenderParameters& parameters);
 /// this function with an equal scene. Each galaxy is measured alone, once, in `threads` threads per
 /// rank, at 3 times sampling.tolerance, at most 0.01. Magnitudes of single galaxies then err by
 /// about 2e-3, and by up to 1.5e-2 if the dust is in few lanes (bench/survey_bench.py).
+///
+/// A galaxy that `memory` knows from this side is not measured again. Only a process without other
+/// ranks may give a memory.
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
-                       const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene);
+                       const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene,
+                       CalibrationMemory* memory = nullptr);
 
 }  // namespace gamer

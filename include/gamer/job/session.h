@@ -38,6 +38,8 @@ struct RenderInput {
   std::vector<std::string> settings = {};            ///< "section.key=value", as --set
   /// Label of parameters and scene in messages. Files that they name are searched beside it.
   std::string label = "input";
+  /// Whether galaxies are measured as for a draft (GalaxyLibrary::measure_as_draft()).
+  bool is_draft = false;
 };
 
 /// How far a render is.

@@ -41,6 +41,13 @@ class GalaxyLibrary {
   /// (Accuracy::shares_closure is false).
   void keep_closures_apart() { settings_.accuracy.shares_closure = false; }
 
+  /// Galaxies made after this call are measured over few points, and equally for every camera and
+  /// tolerance. The light of a component then errs by a few per cent.
+  void measure_as_draft();
+  bool measures_as_draft() const { return is_draft_; }
+  /// The footprints for which drafts are measured; wider ones are seen at no lower tolerance.
+  static FootprintRange draft_footprints();
+
   /// From now on, takes from this store the galaxies that earlier scenes measured.
   void reuse(std::shared_ptr<MeasuredGalaxies> measured) { measured_ = std::move(measured); }
   /// Whether all galaxies that were taken are measured for the footprints that a scene needs. If
@@ -85,6 +92,7 @@ class GalaxyLibrary {
                  std::shared_ptr<const Galaxy> galaxy);
 
   GalaxySettings settings_;  ///< settings that all rows share
+  bool is_draft_ = false;
   /// SceneSettings::overrides, by type.
   std::map<std::string, std::shared_ptr<const ConfigNode>> overrides_;
   std::uint64_t seed_;

@@ -32,11 +32,12 @@ bool CalibrationMemory::recall(const std::string& name, std::span<double> number
   return true;
 }
 
-void CalibrationMemory::keep(const std::string& name, std::span<const double> numbers) {
+void CalibrationMemory::keep(const std::string& name, std::span<const double> numbers,
+                             bool is_measured) {
   while (!numbers.empty() && numbers.back() == 0) numbers = numbers.first(numbers.size() - 1);
   const std::lock_guard lock(mutex_);
   add(name, numbers);
-  ++measured_;
+  if (is_measured) ++measured_;
 }
 
 const std::pmr::vector<double>& CalibrationMemory::add(const std::string& name,

@@ -65,22 +65,41 @@ mine 0 0 0 50 30 1
 mine 0.5 2 0.1 10 0 0.5
 """
 
+SKY_PARAMETERS = """[image]
+size = 24
+[camera]
+projection = "sky"
+pixel_scale = 0.3
+[spectrum]
+bands = ["sdss_g", "sdss_r"]
+[photometry]
+reference_band = "sdss_r"
+[sampling]
+tolerance = 0.01
+"""
+
+SKY_SCENE = """galaxy dx dy redshift size_arcsec apparent_magnitude inclination pa
+mine 0 0 0.1 2 20 70 30
+mine 1.5 1 0.4 1 22 50 130
+"""
+
 FILES = {"mine.toml": GALAXY, "render.par": PARAMETERS, "scene.lst": SCENE}
 
 
 class Folder:
     """A folder with a galaxy and a scene, and a studio in it."""
 
-    def __init__(self, *arguments, files=FILES):
+    def __init__(self, *arguments, files=FILES, cache="off"):
         self.path = pathlib.Path(tempfile.mkdtemp(prefix="gstudio"))
         for name, text in files.items():
             (self.path / name).parent.mkdir(parents=True, exist_ok=True)
             (self.path / name).write_text(text)
         self.arguments = arguments or ("mine.toml",)
+        self.environment = {**ENVIRONMENT, "GAMER_CACHE": str(cache)}
         self.studio = None
 
     def __enter__(self):
-        self.studio = Studio(GSTUDIO, self.arguments, self.path, ENVIRONMENT)
+        self.studio = Studio(GSTUDIO, self.arguments, self.path, self.environment)
         return self
 
     def __exit__(self, *_):
@@ -396,12 +415,62 @@ class Views(unittest.TestCase):
                 return [page.receive()[0]["measured"] for _ in sizes]
 
             levels = [[12, 9, 0.05], [18, 14, 0.02], [24, 18, None]]
-            self.assertGreater(min(measured(1, levels)), 30)
+            coarse, finer, fine = measured(1, levels)
+            self.assertGreater(min(coarse, fine), 30)
+            self.assertEqual(finer, 0)
             self.assertEqual(measured(2, levels), [0, 0, 0])
             # The galaxies of fine levels are forgotten while the camera moves, but not what was measured of them.
             for turn in range(12):
                 self.assertEqual(measured(3 + turn, levels[:1], ["camera.up=[0.01, 0, 1]"]), [0])
             self.assertEqual(measured(20, levels), [0, 0, 0])
+
+    def test_coarse_views_share_a_measurement(self):
+        with Folder() as folder:
+            page, document = folder.open()
+            levels = [[12, 12, 0.1], [16, 16, 0.05], [20, 20, 0.02]]
+            first, *others = (head["measured"] for head, _ in view(page, 1, document, levels))
+            self.assertGreater(first, 0)
+            self.assertEqual(others, [0, 0])
+            # A near view has narrower rays.
+            ((near, _),) = view(page, 2, document, [[30, 30, 0.03]], settings=["camera.width=0.2"])
+            self.assertEqual(near["measured"], 0)
+
+    def test_magnitudes_through_dust_are_measured_once_for_a_side(self):
+        files = {**FILES, "render.par": SKY_PARAMETERS, "scene.lst": SKY_SCENE}
+        with Folder("render.par", "scene.lst", files=files) as folder:
+            page, document = folder.open()
+            levels, zoom = [[20, 20, 0.05], [24, 24, None]], "camera.pixel_scale=0.25"
+            measured = lambda all_frames: [head["measured"] for head, _ in all_frames]
+            self.assertGreater(min(measured(view(page, 1, document, levels))), 2)
+            self.assertEqual(measured(view(page, 2, document, levels)), [0, 0])
+            coarse, fine = view(page, 3, document, levels, settings=[zoom])
+            self.assertEqual(coarse[0]["measured"], 0)
+            folder.gamer("render.par", "scene.lst", "-o", "x.fits", "-s", zoom)
+            numpy.testing.assert_array_equal(cube(fine), fits.getdata(folder.path / "x.fits"))
+            # Another galaxy's magnitude, redder light, and another side: what they need is measured.
+            galaxies = {"mine": GALAXY.replace('sed = "Sbc"', 'sed = "E"')}
+            scene = SKY_SCENE.replace(" 70 ", " 20 ")
+            (other,) = view(page, 4, document, levels[1:], galaxies=galaxies, scene=scene)
+            (folder.path / "mine.toml").write_text(galaxies["mine"])
+            (folder.path / "scene.lst").write_text(scene)
+            folder.gamer("render.par", "scene.lst", "-o", "y.fits")
+            numpy.testing.assert_array_equal(cube(other), fits.getdata(folder.path / "y.fits"))
+
+    def test_the_cache_changes_no_bit(self):
+        runs = []
+        with tempfile.TemporaryDirectory() as cache:
+            for words, place in (((), "off"), ((), cache), ((), cache), (("--no-cache",), cache)):
+                with Folder("mine.toml", *words, cache=place) as folder:
+                    page, document = folder.open()
+                    runs.append(view(page, 1, document, [[20, 20, 0.05], [40, 40, None]]))
+                files = [path for path in pathlib.Path(cache).rglob("*") if path.is_file()]
+                self.assertEqual(len(files) > 0, len(runs) > 1)
+        for run in runs[1:]:
+            for frame, expected in zip(run, runs[0]):
+                numpy.testing.assert_array_equal(cube(frame), cube(expected))
+        # Coarse views are measured each time.
+        self.assertEqual([[head["measured"] > 0 for head, _ in run] for run in runs],
+                         [[True, True], [True, True], [True, False], [True, True]])
 
     def test_a_newer_view_cancels(self):
         with Folder() as folder:

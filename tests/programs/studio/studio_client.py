@@ -124,7 +124,7 @@ class Studio:
     def __init__(self, program, arguments, folder, environment=None):
         self.process = subprocess.Popen(
             [program, *arguments, "--no-browser"], cwd=folder, stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE, text=True, env={**os.environ, **(environment or {})})
+            stderr=subprocess.PIPE, text=True, env={**os.environ, "GAMER_CACHE": "off", **(environment or {})})
         line = self.process.stdout.readline()
         match = re.search(r"http://127\.0\.0\.1:(\d+)/\?token=([0-9a-f]{32})\b", line)
         if not match:

@@ -23,7 +23,7 @@ except ImportError:
 GSTUDIO = pathlib.Path(sys.argv[1]).resolve()
 GAMER = pathlib.Path(sys.argv[2]).absolute()
 SOURCE = pathlib.Path(sys.argv[3]).resolve()
-ENVIRONMENT = {**os.environ, "GAMER_DATA": str(SOURCE), "SOURCE_DATE_EPOCH": "1000000000"}
+ENVIRONMENT = {**os.environ, "GAMER_DATA": str(SOURCE), "GAMER_CACHE": "off", "SOURCE_DATE_EPOCH": "1000000000"}
 
 PARAMETERS = """# A view from a slant.
 [image]

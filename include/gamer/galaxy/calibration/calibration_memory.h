@@ -24,10 +24,11 @@ class CalibrationMemory {
   /// Whether the memory holds the part of this name. Its numbers then fill the beginning of
   /// `numbers`, and zeros the rest.
   bool recall(const std::string& name, std::span<double> numbers);
-  /// Keeps the numbers of a part; zeros at their end take no room.
-  void keep(const std::string& name, std::span<const double> numbers);
+  /// Keeps the numbers of a part; zeros at their end take no room. `is_measured` is false where the
+  /// numbers were known.
+  void keep(const std::string& name, std::span<const double> numbers, bool is_measured = true);
 
-  /// Numbers of parts that were recalled, and kept after a measurement.
+  /// Numbers of parts that were recalled, and that were kept after a measurement.
   std::size_t recalled() const;
   std::size_t measured() const;
 
