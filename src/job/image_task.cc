@@ -291,10 +291,10 @@ std::unique_ptr<ImageWriter> ImageTask::make_writer() const {
       make_image_writer(toned_output(job_.parameters.image.output, job_.parameters), header_);
   const int extra = truth_header_.planes();
   if (extra == 0) return image;
-  const int own = header_.planes();
-  return make_split_writer(std::move(image), own,
+  const int planes = header_.planes();
+  return make_split_writer(std::move(image), planes,
                            make_image_writer(truth_output(job_.parameters), truth_header_),
-                           own + extra, header_.width);
+                           planes + extra, header_.width);
 }
 
 /// Gives the files their names. Once the journal has its end entry, files of these names are the

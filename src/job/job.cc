@@ -162,14 +162,14 @@ std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
   const bool draws_stars = std::ranges::any_of(scene.galaxies, has_stars);
   std::map<const Galaxy*, FootprintRange> by_galaxy;
   for (const PlacedGalaxy& placed : scene.galaxies) {
-    FootprintRange own = Renderer::footprints(parameters, camera, scene.unit, placed) |
-                         measure_footprints(measure_accuracy(parameters));
+    FootprintRange range = Renderer::footprints(parameters, camera, scene.unit, placed) |
+                           measure_footprints(measure_accuracy(parameters));
     if (is_observed(placed, parameters.photometry, scene.unit)) {
-      own = own | attenuation_footprints(parameters);
+      range = range | attenuation_footprints(parameters);
     }
-    own.sees_whole = draws_stars;
-    const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), own);
-    if (!is_new) known->second = known->second | own;
+    range.sees_whole = draws_stars;
+    const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), range);
+    if (!is_new) known->second = known->second | range;
   }
   return by_galaxy;
 }
@@ -340,11 +340,11 @@ ImageHeader make_truth_header(const RenderJob& job) {
     const bool is_light = output.kind == Kind::dust_free || output.kind == Kind::object ||
                           output.kind == Kind::component;
     header.plane_units.push_back(is_light ? header.unit : "");
-    std::vector<Card> own = is_light ? cards[output.plane] : std::vector<Card>();
+    std::vector<Card> plane_cards = is_light ? cards[output.plane] : std::vector<Card>();
     if (output.kind == Kind::object || output.kind == Kind::component) {
-      own.push_back({"OBJECT", fmt::format("{}", output.object + 1), "row of table TRUTH"});
+      plane_cards.push_back({"OBJECT", fmt::format("{}", output.object + 1), "row of table TRUTH"});
     }
-    header.plane_cards.push_back(std::move(own));
+    header.plane_cards.push_back(std::move(plane_cards));
   }
   header.unit.clear();
   return header;

@@ -196,10 +196,10 @@ void announce(const MessageLog& log, const ImageTask& work) {
 }
 
 /// Every rank calls it. `pixels` are those of all images.
-void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const RankReport& own,
+void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const RankReport& mine,
                              double pixels) {
   std::vector<RankReport> reports;
-  for (const std::string& packed : ranks.gather(pack_report(own))) {
+  for (const std::string& packed : ranks.gather(pack_report(mine))) {
     reports.push_back(unpack_report(packed));
   }
   log.table(report_text(reports, pixels));

@@ -68,11 +68,11 @@ class ColumnMaker {
 
   void add(std::string_view word) {
     if (auto* reals = std::get_if<std::vector<double>>(&column_.values)) {
-      const auto* own = std::get_if<double>(&default_);
-      reals->push_back(number(word, own ? *own : std::numeric_limits<double>::quiet_NaN()));
+      const auto* stated = std::get_if<double>(&default_);
+      reals->push_back(number(word, stated ? *stated : std::numeric_limits<double>::quiet_NaN()));
     } else if (auto* integers = std::get_if<std::vector<std::int64_t>>(&column_.values)) {
-      const auto* own = std::get_if<std::int64_t>(&default_);
-      integers->push_back(number(word, own ? *own : std::int64_t{0}));
+      const auto* stated = std::get_if<std::int64_t>(&default_);
+      integers->push_back(number(word, stated ? *stated : std::int64_t{0}));
     } else {
       std::get<std::vector<std::string>>(column_.values)
           .emplace_back(word == no_value ? std::string_view() : word);

@@ -82,10 +82,10 @@ std::vector<StampHeader> name_stamps(const RenderJob& job) {
   // The file's tables have their names, too.
   std::map<std::string, int> counts = {{"SCENE", 1}, {"TRUTH", 1}, {"INPUTS", 1}};
   for (std::size_t stamp = 0; stamp < stamps.size(); ++stamp) {
-    StampHeader& own = stamps[stamp];
-    if (own.name.empty()) own.name = fmt::format("OBJECT_{}", stamp + 1);
+    StampHeader& stamp_header = stamps[stamp];
+    if (stamp_header.name.empty()) stamp_header.name = fmt::format("OBJECT_{}", stamp + 1);
     // Readers find names in any case.
-    own.version = ++counts[in_capitals(own.name)];
+    stamp_header.version = ++counts[in_capitals(stamp_header.name)];
   }
   return stamps;
 }
@@ -96,17 +96,18 @@ std::vector<StampHeader> describe_stamps(const RenderJob& job, std::span<const I
                                          const ImageHeader& header) {
   std::vector<StampHeader> stamps = name_stamps(job);
   for (std::size_t stamp = 0; stamp < stamps.size(); ++stamp) {
-    StampHeader& own = stamps[stamp];
+    StampHeader& stamp_header = stamps[stamp];
     const ImageRegion& region = regions[stamp];
-    own.width = region.width;
-    own.height = region.height;
-    own.wcs_records = job.camera.with_window(region).wcs_records();
-    own.cards = {{"ROW", static_cast<long long>(stamp + 1), "of the tables SCENE and TRUTH"},
-                 {"LTV1", static_cast<double>(-region.left), "x here less x in the whole image"},
-                 {"LTV2", static_cast<double>(-region.bottom), "y here less y in the whole image"}};
+    stamp_header.width = region.width;
+    stamp_header.height = region.height;
+    stamp_header.wcs_records = job.camera.with_window(region).wcs_records();
+    stamp_header.cards = {
+        {"ROW", static_cast<long long>(stamp + 1), "of the tables SCENE and TRUTH"},
+        {"LTV1", static_cast<double>(-region.left), "x here less x in the whole image"},
+        {"LTV2", static_cast<double>(-region.bottom), "y here less y in the whole image"}};
     // A cube has numbered ones besides.
     for (const Card& card : header.cards) {
-      if (card.key == "MAGZERO" || card.key == "PHOTZP") own.cards.push_back(card);
+      if (card.key == "MAGZERO" || card.key == "PHOTZP") stamp_header.cards.push_back(card);
     }
   }
   return stamps;
@@ -155,7 +156,7 @@ Renderer StampRenderer::renderer(std::size_t stamp) const {
 std::size_t stamp_piece(std::span<const std::size_t> values, std::uint64_t most) {
   for (std::size_t piece = 256;; piece *= 2) {
     std::uint64_t pieces = 0;
-    for (const std::size_t own : values) pieces += (own + piece - 1) / piece;
+    for (const std::size_t count : values) pieces += (count + piece - 1) / piece;
     if (pieces <= most || pieces == values.size()) return piece;
   }
 }

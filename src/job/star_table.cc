@@ -155,11 +155,12 @@ void StarRows::fill(const StarPainter::Seen& star, glm::ivec2 pixel, std::span<d
 std::vector<Card> StarRows::cards() const {
   std::vector<Card> cards;
   for (std::size_t i = 0; i < renderer_.star_fields().fields().size(); ++i) {
-    const StarFields::Field& own = renderer_.star_fields().fields()[i];
-    cards.push_back({fmt::format("FIELD{}", i + 1), own.stars->name(), "component of the stars"});
-    if (std::isinf(own.limit)) continue;
+    const StarFields::Field& star_field = renderer_.star_fields().fields()[i];
     cards.push_back(
-        {fmt::format("QLIMIT{}", i + 1), own.limit, "all stars of larger luminosity/distance^2"});
+        {fmt::format("FIELD{}", i + 1), star_field.stars->name(), "component of the stars"});
+    if (std::isinf(star_field.limit)) continue;
+    cards.push_back({fmt::format("QLIMIT{}", i + 1), star_field.limit,
+                     "all stars of larger luminosity/distance^2"});
   }
   return cards;
 }
@@ -282,10 +283,10 @@ DataTable star_table(const RenderJob& job, const Renderer& renderer, Executor& e
   std::vector<std::int64_t> first(static_cast<std::size_t>(strips));
   std::int64_t total = 0;
   for (int strip = 0; strip < strips; ++strip) {
-    const int own = counts[static_cast<std::size_t>(strip)];
+    const int count_here = counts[static_cast<std::size_t>(strip)];
     first[static_cast<std::size_t>(strip)] = total;
-    total += own;
-    if (own > 0) blocks.push_back({strip * capacity, strip * capacity + own});
+    total += count_here;
+    if (count_here > 0) blocks.push_back({strip * capacity, strip * capacity + count_here});
   }
   const std::size_t values_per_star = stars.size();
   check_memory(total, values_per_star);
@@ -294,9 +295,9 @@ DataTable star_table(const RenderJob& job, const Renderer& renderer, Executor& e
       blocks, values_per_star,
       [&](RowRange rows, std::span<double> values) {
         const int strip = rows.first / capacity;
-        const std::vector<double> own = stars.describe(strip);
+        const std::vector<double> described = stars.describe(strip);
         const auto skipped = static_cast<std::size_t>(rows.first % capacity) * values_per_star;
-        std::ranges::copy(std::span(own).subspan(skipped, values.size()), values.begin());
+        std::ranges::copy(std::span(described).subspan(skipped, values.size()), values.begin());
       },
       [&](RowRange rows, std::span<const double> values) {
         const int strip = rows.first / capacity;

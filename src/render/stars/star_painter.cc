@@ -365,9 +365,9 @@ void StarPainter::flush(std::size_t number, std::span<const int> dusty, Batch& b
     for (std::size_t p = 0; p < planes; ++p) {
       double seen = 0, free = 0;
       for (std::size_t j = 0; j < steps; ++j) {
-        const double own = weights[p * steps + j];
-        free += own;
-        seen += own * std::exp(-batch.depth[i * steps + j]);
+        const double weight = weights[p * steps + j];
+        free += weight;
+        seen += weight * std::exp(-batch.depth[i * steps + j]);
       }
       batch.flux[p] = scale * seen;
       batch.dust_free[p] = scale * free;
@@ -401,7 +401,7 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
       std::size_t slot = 0;
       for (std::size_t c = 0; c < components.size(); ++c) {
         if (!components[c]->absorbs()) continue;
-        const std::size_t own = slot++;
+        const std::size_t line_slot = slot++;
         batch.plan.clear();
         components[c]->plan({{hit.nearest[0], hit.nearest[1], hit.nearest[2]},
                              {hit.direction[0], hit.direction[1], hit.direction[2]},
@@ -411,7 +411,7 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
                             medium_.accuracy(), batch.plan);
         if (!(batch.plan.begin < batch.plan.end)) continue;
         batch.map.add(batch.plan.begin, batch.plan.end, batch.plan.focuses);
-        batch.lines.push_back({i, hit.galaxy, c, own, hit, 0, 0, 0, 0, 0, 0});
+        batch.lines.push_back({i, hit.galaxy, c, line_slot, hit, 0, 0, 0, 0, 0, 0});
       }
     }
   }
@@ -443,9 +443,9 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
     line.most = 0;
     line.least = HUGE_VAL;
     for (std::size_t j = 0; j < medium_.basis().size(); ++j) {
-      const double own = medium_.extinction(cover, static_cast<int>(line.slot), j);
-      line.most = std::max(line.most, own);
-      line.least = std::min(line.least, own);
+      const double extinction = medium_.extinction(cover, static_cast<int>(line.slot), j);
+      line.most = std::max(line.most, extinction);
+      line.least = std::min(line.least, extinction);
     }
     batch.segments.push_back(static_cast<std::int32_t>(r));
   }
@@ -496,9 +496,9 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
       const double light = scale * double{batch.density[i]};
       batch.between[place.segment] += place.weight * light;
       if (is_first) {
-        Batch::Line& own = batch.line_of(place.segment);
-        own.coarse += place.coarse_weight * light;
-        own.coarser += place.coarser_weight * light;
+        Batch::Line& whole_line = batch.line_of(place.segment);
+        whole_line.coarse += place.coarse_weight * light;
+        whole_line.coarser += place.coarser_weight * light;
       }
     }
     batch.places.clear();
