@@ -10,7 +10,6 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <vector>
 
 #include "galaxy/arm_courses-inl.h"
 #include "gamer/core/error.h"

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "galaxy/galaxy_overrides.h"
 #include "galaxy/shape_text.h"

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <functional>
 #include <numeric>
-#include <span>
 #include <stdexcept>
 
 #include "gamer/core/error.h"

@@ -12,7 +12,6 @@
 #include <numeric>
 #include <vector>
 
-#include "gamer/job/journal.h"
 #include "gamer/job/report.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"

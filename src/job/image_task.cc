@@ -9,7 +9,6 @@
 #include <new>
 #include <span>
 #include <system_error>
-#include <utility>
 
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"

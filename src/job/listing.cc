@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <utility>
-#include <vector>
 
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"

@@ -5,7 +5,6 @@
 #include <system_error>
 #include <utility>
 
-#include "gamer/core/cancellation.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 

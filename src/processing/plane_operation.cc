@@ -3,10 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <vector>
 
 #include "gamer/core/capitals.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/image/fits/record_names.h"
 

@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <limits>
 #include <system_error>
-#include <utility>
 
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"

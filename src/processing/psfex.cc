@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include "gamer/core/error.h"
 #include "processing/kernel.h"

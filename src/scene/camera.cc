@@ -8,8 +8,6 @@
 #include <cstdlib>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
-#include <glm/vec2.hpp>
-#include <optional>
 
 #include "core/text.h"
 #include "gamer/image/data_table.h"

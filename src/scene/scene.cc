@@ -8,7 +8,6 @@
 #include <glm/trigonometric.hpp>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <utility>
 
 #include "gamer/core/cancellation.h"

@@ -1,7 +1,6 @@
 #include "gamer/sed/igm.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 

@@ -7,7 +7,6 @@
 
 #include "galaxy/calibration/seen_textures.h"
 #include "gamer/core/parallel_for.h"
-#include "gamer/galaxy/calibration/dust_variants.h"
 
 namespace gamer {
 namespace {

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "galaxy/arm_courses.h"
 #include "galaxy/kinds/ray_cuts.h"
 #include "gamer/galaxy/kinds/layer.h"
 #include "gamer/noise/footprint.h"

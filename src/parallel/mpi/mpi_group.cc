@@ -305,8 +305,6 @@ std::string mpi_library_version() {
 
 #else
 
-#include "parallel/rank_group.h"
-
 namespace gamer {
 
 std::unique_ptr<RankGroup> join_group(int* /*argc*/, char*** /*argv*/) { return nullptr; }

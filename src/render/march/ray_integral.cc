@@ -4,11 +4,9 @@
 #define HWY_TARGET_INCLUDE "render/march/ray_integral.cc"
 #include "hwy/foreach_target.h"
 
-#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "render/march/lane_march-inl.h"
 #include "render/march/vector_memory.h"
