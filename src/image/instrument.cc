@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
-
 #include "gamer/core/config.h"
 #include "gamer/core/near.h"
 
@@ -12,9 +10,6 @@ namespace gamer {
 namespace {
 
 constexpr double most_exposures = 1e6;
-
-Interval positive() { return Interval::open(0, HUGE_VAL); }
-Interval not_negative() { return Interval::right_open(0, HUGE_VAL); }
 
 std::optional<double> optional_number(const ParameterSet& values, std::string_view key) {
   if (!values.has(key)) return std::nullopt;
@@ -27,17 +22,18 @@ ParameterTable Instrument::table() {
   return {
       required(Parameter::text("name", std::nullopt, "name of the telescope and the camera")),
       Parameter::text("description", "", "one line"),
-      required(Parameter::number("pixel_scale", "arcsec", positive(), std::nullopt,
+      required(Parameter::number("pixel_scale", "arcsec", Interval::positive(), std::nullopt,
                                  "side of a pixel on the sky")),
-      required(Parameter::number("exposure", "s", positive(), std::nullopt,
+      required(Parameter::number("exposure", "s", Interval::positive(), std::nullopt,
                                  "usual exposure time, of all exposures together")),
       Parameter::integer("exposures", "", Interval::closed(1, most_exposures), 1,
                          "exposures that are added up"),
-      required(Parameter::number("read_noise", "electron", not_negative(), std::nullopt,
+      required(Parameter::number("read_noise", "electron", Interval::at_least(0), std::nullopt,
                                  "rms of a pixel, of one exposure")),
-      Parameter::number("dark", "electron/s", not_negative(), 0.0, "dark current of a pixel"),
-      Parameter::number("gain", "electron/ADU", positive(), 1.0, "electrons of 1 ADU"),
-      Parameter::number("full_well", "electron", positive(), std::nullopt,
+      Parameter::number("dark", "electron/s", Interval::at_least(0), 0.0,
+                        "dark current of a pixel"),
+      Parameter::number("gain", "electron/ADU", Interval::positive(), 1.0, "electrons of 1 ADU"),
+      Parameter::number("full_well", "electron", Interval::positive(), std::nullopt,
                         "most electrons of a pixel, of one exposure"),
       Parameter::choice("psf", {"gaussian", "moffat"}, "gaussian", "profile of the PSF"),
       Parameter::number("beta", "", Interval::left_open(1, 100), 3.0,
@@ -52,8 +48,8 @@ ParameterTable Instrument::band_table() {
                                  "AB magnitude that gives 1 electron/s")),
       Parameter::number("sky", "mag/arcsec^2", Interval::any(), std::nullopt,
                         "usual AB surface brightness of the sky"),
-      required(
-          Parameter::number("fwhm", "arcsec", positive(), std::nullopt, "usual FWHM of the PSF")),
+      required(Parameter::number("fwhm", "arcsec", Interval::positive(), std::nullopt,
+                                 "usual FWHM of the PSF")),
   };
 }
 

@@ -375,39 +375,39 @@ int run_noise(const OperationCall& call) {
 ParameterTable noise_parameters() {
   constexpr double positive_infinity = std::numeric_limits<double>::infinity();
   constexpr double most_exposures = 1e6;
-  const Interval not_negative = Interval::right_open(0, positive_infinity);
-  const Interval positive = Interval::open(0, positive_infinity);
   const auto list = [](const char* name, const char* unit, const Interval& interval,
                        const char* description) {
     return Parameter::numbers(name, unit, interval, std::nullopt, description);
   };
   return {
       InstrumentOption::parameter(),
-      list("exposure", "s", positive, "exposure time, of all exposures together; or one per plane"),
+      list("exposure", "s", Interval::positive(),
+           "exposure time, of all exposures together; or one per plane"),
       Parameter::integer("exposures", "", Interval::closed(1, most_exposures), 1,
                          "number of exposures added up; each has read noise and a full well"),
       list("zero_point", "mag", Interval::any(),
            "AB magnitude that gives 1 electron/s; or one per plane"),
-      list("electrons_per_unit", "electron/s", positive,
+      list("electrons_per_unit", "electron/s", Interval::positive(),
            "electrons per second of a pixel of value 1, for images without MAGZERO; or one per "
            "plane"),
       list("sky", "mag/arcsec^2", Interval::any(),
            "AB surface brightness of the sky; or one per plane"),
-      list("sky_rate", "electron/s", not_negative,
+      list("sky_rate", "electron/s", Interval::at_least(0),
            "sky, electrons per second and pixel; or one per plane"),
-      Parameter::number("dark", "electron/s", not_negative, 0.0, "dark current of a pixel"),
-      Parameter::number("read_noise", "electron", not_negative, 0.0,
+      Parameter::number("dark", "electron/s", Interval::at_least(0), 0.0,
+                        "dark current of a pixel"),
+      Parameter::number("read_noise", "electron", Interval::at_least(0), 0.0,
                         "rms noise of a pixel in one exposure"),
-      Parameter::number("full_well", "electron", positive, std::nullopt,
+      Parameter::number("full_well", "electron", Interval::positive(), std::nullopt,
                         "largest count of a pixel in one exposure"),
       Parameter::choice("output_unit", {"same", "electron", "ADU"}, "same",
                         "unit of the output: the input's, electrons, or ADU"),
-      Parameter::number("gain", "electron/ADU", positive, 1.0, "electrons of 1 ADU"),
+      Parameter::number("gain", "electron/ADU", Interval::positive(), 1.0, "electrons of 1 ADU"),
       Parameter::number("bias", "ADU", Interval::any(), 0.0, "what the converter adds"),
       Parameter::boolean("keep_sky", false, "leave the mean of sky and dark current in the image"),
-      list("sigma", "pixel units", not_negative,
+      list("sigma", "pixel units", Interval::at_least(0),
            "plain Gaussian noise of this rms; or one per plane"),
-      list("snr", "", positive,
+      list("snr", "", Interval::positive(),
            "plain Gaussian noise that gives the plane this signal-to-noise ratio; or one per "
            "plane"),
       Parameter::integer("seed", "", Interval::right_open(0, largest_seed), 1, "seed of the noise"),

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -425,7 +424,6 @@ constexpr const char* description =
     "point, gain and place. Weights, variances, masks, tables and other HDUs are copied unchanged.";
 
 ParameterTable inject_parameters() {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   constexpr double farthest = 1e9, most_planes = 1e6;
   ParameterTable table = {
       Parameter::text("hdu", "first",
@@ -436,7 +434,7 @@ ParameterTable inject_parameters() {
       Parameter::numbers("zero_point", "mag", Interval::any(), std::nullopt,
                          "AB magnitude of the value 1 (default: from the header); or one per "
                          "plane"),
-      Parameter::numbers("gain", "electron/unit", positive, std::nullopt,
+      Parameter::numbers("gain", "electron/unit", Interval::positive(), std::nullopt,
                          "electrons per unit of the pixels (default: from the header); or one per "
                          "plane"),
       Parameter::boolean("no_noise", false, "add the mean light, without Poisson noise"),

@@ -103,7 +103,7 @@ Operation stats_operation() {
       .parameters = with_output(
           {Parameter::numbers("percentiles", "", Interval::closed(0, 100),
                               std::vector<double>{1, 5, 25, 75, 95, 99}, "percentiles to list"),
-           Parameter::number("clip", "sigma", positive, std::nullopt,
+           Parameter::number("clip", "sigma", Interval::positive(), std::nullopt,
                              "limit in sigma; also lists the clipped mean and sigma")}),
       .example = "stats --percentiles 5,95 --clip 3 in.fits",
       .run = [](const OperationCall& call) {
@@ -241,10 +241,10 @@ Operation spectrum_operation() {
                             "length of the cosine's rise"),
           Parameter::boolean("opacity", false, "pixels are opacities: take tau = -ln(1 - v)"),
           Parameter::boolean("log", false, "take the natural logarithm first"),
-          Parameter::number("white", "(unit of the pixels)^2", not_negative, 0.0,
+          Parameter::number("white", "(unit of the pixels)^2", Interval::at_least(0), 0.0,
                             "power of white noise to subtract, sigma^2"),
           Parameter::number(
-              "psf_fwhm", "pixel", not_negative, 0.0,
+              "psf_fwhm", "pixel", Interval::at_least(0), 0.0,
               "divide by the squared transfer function of a Gaussian of this FWHM (after --white)"),
           Parameter::vector2("range", "", Interval::right_open(1, positive.high), std::nullopt,
                              "k1,k2 of the fit (default: 4,N/4)"),
@@ -334,10 +334,11 @@ Operation compare_operation() {
       .least_inputs = 2,
       .most_inputs = 2,
       .result = Operation::Result::text,
-      .parameters = with_output(
-          {Parameter::number("tolerance", "largest |a|", not_negative, 0.0, "relative tolerance"),
-           Parameter::number("absolute", "unit of the pixels", not_negative, 0.0,
-                             "absolute tolerance")}),
+      .parameters =
+          with_output({Parameter::number("tolerance", "largest |a|", Interval::at_least(0), 0.0,
+                                         "relative tolerance"),
+                       Parameter::number("absolute", "unit of the pixels", Interval::at_least(0),
+                                         0.0, "absolute tolerance")}),
       .example = "compare --tolerance 1e-6 in.fits in2.fits",
       .run = run_compare};
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <initializer_list>
-#include <limits>
 #include <string>
 #include <variant>
 #include <vector>
@@ -18,9 +17,6 @@ namespace gamer {
 // What operations that measure share: options, tables of results, and messages.
 
 inline constexpr const char* measurement_group = "Measurement";
-inline const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
-inline const Interval not_negative =
-    Interval::right_open(0, std::numeric_limits<double>::infinity());
 
 /// "gutil <operation>: <message>".
 InputError wrong(const OperationCall& call, const std::string& message);

@@ -107,7 +107,8 @@ Operation morphology_operation() {
       .parameters = with_output(
           galaxy_parameters() +
           ParameterTable{
-              Parameter::number("sky_sigma", "unit of the pixels", not_negative, std::nullopt,
+              Parameter::number("sky_sigma", "unit of the pixels", Interval::at_least(0),
+                                std::nullopt,
                                 "noise of a pixel (default: measured in the corners)"),
               Parameter::text("plot", std::nullopt,
                               "draw the plane with its apertures and segmentation: .png"),

@@ -385,7 +385,7 @@ Operation photometry_operation() {
               "recenter", false,
               "move the centre to the centroid within the largest aperture, iteratively"),
           Parameter::numbers(
-              "radius", "--unit", positive, std::nullopt,
+              "radius", "--unit", Interval::positive(), std::nullopt,
               "semi-major axes (default: the largest within the image, or up to the annulus)"),
           Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", "unit of all radii"),
           Parameter::number("axis_ratio", "", Interval::closed(least_axis_ratio, 1), 1.0,
@@ -395,13 +395,13 @@ Operation photometry_operation() {
               "direction of the major axis, from North towards East; without celestial coordinates "
               "from +y towards -x"),
           Parameter::vector2(
-              "annulus", "--unit", not_negative, std::nullopt,
+              "annulus", "--unit", Interval::at_least(0), std::nullopt,
               "inner,outer semi-major axis of the background (default: none is subtracted)"),
           Parameter::choice("background", {"median", "mean", "clipped"}, "median",
                             "statistic of the annulus; clipped: mean within 3 sigma"),
-          Parameter::number("total", "unit of the pixels", positive, std::nullopt,
+          Parameter::number("total", "unit of the pixels", Interval::positive(), std::nullopt,
                             "total flux for the half-light radius"),
-          Parameter::number("weight_sigma", "pixels", positive, std::nullopt,
+          Parameter::number("weight_sigma", "pixels", Interval::positive(), std::nullopt,
                             "compute adaptive moments, beginning with a Gaussian of this sigma"),
       }),
       .example = "photometry --radius 2,4,8 --axis-ratio 0.7 --position-angle 30 in.fits",

@@ -276,12 +276,12 @@ Operation profile_operation() {
               Parameter::number("position_angle", "deg", Interval::any(), std::nullopt,
                                 "of all ellipses, from North towards East; without celestial "
                                 "coordinates from +y towards -x (default: fitted)"),
-              Parameter::vector2("radius", "pixels", positive, std::nullopt,
+              Parameter::vector2("radius", "pixels", Interval::positive(), std::nullopt,
                                  "inner,outer semi-major axis (default: 1, and the last within the "
                                  "image with light above its error)"),
               Parameter::number("step", "", Interval::closed(0.01, 1), 0.1,
                                 "each semi-major axis is 1 + step times the one before"),
-              Parameter::vector2("range", "pixels", not_negative, std::nullopt,
+              Parameter::vector2("range", "pixels", Interval::at_least(0), std::nullopt,
                                  "inner,outer semi-major axis of the disk's fit"),
               Parameter::text("plot", std::nullopt, "write a plot: .png"),
           }),

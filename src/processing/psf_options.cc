@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <system_error>
 
 #include "gamer/core/error.h"
@@ -203,16 +202,15 @@ StampSource StampFile::source(const PsfOptions& options, int index, int planes,
 }
 
 ParameterTable psf_parameters(const PsfTexts& texts) {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
-      Parameter::numbers("fwhm", "pixels or arcsec", positive, std::nullopt,
+      Parameter::numbers("fwhm", "pixels or arcsec", Interval::positive(), std::nullopt,
                          "full width at half maximum of models; one value, or one for each plane"),
       Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", texts.unit),
       Parameter::number("beta", "", Interval::left_open(1, 100), 3.0,
                         "exponent of the Moffat profile"),
       Parameter::number("obscuration", "", Interval::closed(0, 0.95), 0.0,
                         "central obscuration of the Airy pattern, inner over outer diameter"),
-      Parameter::number("diameter", "m", positive, std::nullopt,
+      Parameter::number("diameter", "m", Interval::positive(), std::nullopt,
                         "aperture of the Airy pattern, whose width then follows from the "
                         "wavelengths of the planes"),
       Parameter::number(

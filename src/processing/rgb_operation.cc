@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -271,22 +270,20 @@ int make_rgb(const OperationCall& call) {
 }
 
 ParameterTable rgb_parameters() {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   constexpr double largest_q = 1e10;
   return {
       Parameter::choice("method", {"lupton", "stiff", "plain", "auto"}, "lupton",
                         "how values become colours"),
-      Parameter::vector3("planes", "",
-                         Interval::right_open(1, std::numeric_limits<double>::infinity()),
-                         std::nullopt, "planes red,green,blue, from 1"),
+      Parameter::vector3("planes", "", Interval::at_least(1), std::nullopt,
+                         "planes red,green,blue, from 1"),
       Parameter::choice("order", {"wavelength", "given"}, "wavelength",
                         "longest wavelength first, or the planes as given, red first"),
       Parameter::numbers("minimum", "unit of the pixels", Interval::any(), std::nullopt,
                          "value of black, one for all or red,green,blue (default: the sky)"),
       Parameter::numbers(
-          "scale", "", positive, std::nullopt,
+          "scale", "", Interval::positive(), std::nullopt,
           "lupton: factors of the channels, one for all or red,green,blue (default: chosen)"),
-      Parameter::number("stretch", "unit of the pixels", positive, std::nullopt,
+      Parameter::number("stretch", "unit of the pixels", Interval::positive(), std::nullopt,
                         "lupton: linear stretch (default: chosen)"),
       Parameter::number("q", "", Interval::left_open(0, largest_q), std::nullopt,
                         "lupton: asinh softening (default: chosen; with --stretch 8)"),
@@ -295,12 +292,11 @@ ParameterTable rgb_parameters() {
                          "the 99.9 % percentile)"),
       Parameter::vector2("percentiles", "%", Interval::closed(0, 100), std::nullopt,
                          "stiff, plain: black and white of each channel instead"),
-      Parameter::number("gamma", "", positive, std::nullopt,
+      Parameter::number("gamma", "", Interval::positive(), std::nullopt,
                         "stiff (default 2.2), plain (default 1): gamma of the display"),
-      Parameter::number("luminance_gamma", "", positive, 1.0,
+      Parameter::number("luminance_gamma", "", Interval::positive(), 1.0,
                         "stiff: further gamma of the luminance alone"),
-      Parameter::number("saturation", "",
-                        Interval::right_open(0, std::numeric_limits<double>::infinity()), 1.0,
+      Parameter::number("saturation", "", Interval::at_least(0), 1.0,
                         "stiff: 0 is grey, 1 keeps the colours, larger values strengthen them"),
       Parameter::choice("bits", {"8", "16"}, std::nullopt,
                         "bits per channel of a PNG (default 16); a BMP has 8"),

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <functional>
-#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -256,7 +255,6 @@ int Normalisation::run() const {
 }
 
 Operation normalise_operation() {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
       .name = "normalise",
       .aliases = {"normalize"},
@@ -277,17 +275,18 @@ Operation normalise_operation() {
           "multiplied by f^2.",
       .parameters =
           {
-              Parameter::number("total", "", positive, std::nullopt, "sum of the pixels"),
-              Parameter::number("peak", "", positive, std::nullopt, "largest pixel"),
-              Parameter::number("mean", "", positive, std::nullopt, "mean of the pixels"),
+              Parameter::number("total", "", Interval::positive(), std::nullopt,
+                                "sum of the pixels"),
+              Parameter::number("peak", "", Interval::positive(), std::nullopt, "largest pixel"),
+              Parameter::number("mean", "", Interval::positive(), std::nullopt,
+                                "mean of the pixels"),
               Parameter::vector2("percentile_range", "%", Interval::closed(0, 100), std::nullopt,
                                  "percentiles low,high that become 0 and 1"),
               Parameter::numbers("magnitude", "mag", Interval::any(), std::nullopt,
                                  "AB magnitude of the sum: one for all planes, or one for each"),
               per_parameter(),
-              Parameter::integer(
-                  "reference", "", Interval::right_open(1, std::numeric_limits<double>::infinity()),
-                  std::nullopt, "with --per file: the plane, from 1, that is measured for all"),
+              Parameter::integer("reference", "", Interval::at_least(1), std::nullopt,
+                                 "with --per file: the plane, from 1, that is measured for all"),
           },
       .example = "normalise --peak 1 in.fits out.fits",
       .run = [](const OperationCall& call) { return Normalisation(call).run(); }};
@@ -312,7 +311,6 @@ int correct_gamma(const OperationCall& call) {
 }
 
 Operation gamma_operation() {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
       .name = "gamma",
       .group = tone_group,
@@ -325,8 +323,9 @@ Operation gamma_operation() {
           "PHOTZP, PHOTFLAM, GAIN and SATURATE are deleted.",
       .parameters =
           {
-              required(Parameter::number("gamma", "", positive, std::nullopt, "exponent")),
-              Parameter::number("maximum", "unit of the pixels", positive, std::nullopt,
+              required(
+                  Parameter::number("gamma", "", Interval::positive(), std::nullopt, "exponent")),
+              Parameter::number("maximum", "unit of the pixels", Interval::positive(), std::nullopt,
                                 "value that becomes 1 (default: the largest pixel)"),
               per_parameter(),
           },
@@ -401,8 +400,7 @@ Operation stretch_operation() {
                   Parameter::choice("function", {"linear", "sqrt", "log", "asinh"}, "asinh",
                                     "the stretch"),
                   Parameter::number(
-                      "softening", "", Interval::open(0, std::numeric_limits<double>::infinity()),
-                      std::nullopt,
+                      "softening", "", Interval::positive(), std::nullopt,
                       "parameter a of log (default 1000; larger bends more) and asinh (default "
                       "0.1; smaller bends more)"),
                   Parameter::vector2("percentiles", "%", Interval::closed(0, 100),

@@ -85,7 +85,7 @@ ParameterTable view_parameters() {
                         "full angle across the image's width (perspective: below 180; fisheye: "
                         "180 by default)")
           .usual_logarithmic(1, 180),
-      Parameter::number("width", "scene units", positive(), 2.5,
+      Parameter::number("width", "scene units", Interval::positive(), 2.5,
                         "full width across the image (orthographic)")
           .usual_logarithmic(0.05, 50),
       Parameter::integer(

@@ -133,7 +133,7 @@ ParameterSection AnimationSettings::section() {
                           "camera.up in each key frame; by default camera.up is constant"),
        Parameter::numbers("fov", "deg", Interval::left_open(0, 360), std::nullopt,
                           "camera.fov in each key frame"),
-       Parameter::numbers("width", "scene units", positive(), std::nullopt,
+       Parameter::numbers("width", "scene units", Interval::positive(), std::nullopt,
                           "camera.width in each key frame"),
        Parameter::integer("tone_frame", "", Interval::closed(1, most_frames), std::nullopt,
                           "frame on which image.tone of all pictures is measured; by default 1")},

@@ -38,8 +38,8 @@ ParameterSection SpectrumSettings::section() {
   return {
       "spectrum",
       "The wavelengths and bands of the image's planes.",
-      {Parameter::numbers("wavelengths", "Angstrom", positive(), std::vector<double>{5500},
-                          "observed wavelengths, one plane each"),
+      {Parameter::numbers("wavelengths", "Angstrom", Interval::positive(),
+                          std::vector<double>{5500}, "observed wavelengths, one plane each"),
        Parameter::texts("bands", std::vector<std::string>{},
                         "names or files of bandpasses in `bandpasses/`, one plane each, after the "
                         "wavelengths; if only bands are given, there are no other planes"),
@@ -74,7 +74,7 @@ ParameterSection PhotometrySettings::section() {
        Parameter::boolean("attenuated", std::nullopt,
                           "whether magnitudes include dimming by the galaxy's own dust; by default "
                           "apparent magnitudes do and absolute magnitudes do not"),
-       Parameter::number("area", "m^2", positive(), std::nullopt,
+       Parameter::number("area", "m^2", Interval::positive(), std::nullopt,
                          "collecting area of the telescope, for electron/s"),
        Parameter::number(
            "throughput", "", Interval::left_open(0, 1), 1.0,

@@ -29,7 +29,7 @@ ParameterSection StampSettings::section() {
       "Sizes of the stamps of `image.layout = \"stamps\"` (`--stamps`).",
       {Parameter::integer("size", "pixels", Interval::closed(1, largest_side), std::nullopt,
                           "width and height of every stamp, odd; by default the extent decides"),
-       Parameter::number("extent", "", positive(), usual.extent,
+       Parameter::number("extent", "", Interval::positive(), usual.extent,
                          "half the side of a galaxy's stamp, in units of its radius"),
        Parameter::choice("radius", {"ball", "half_light"}, "ball",
                          "which radius: that of the ball that holds the galaxy, or the half-light "

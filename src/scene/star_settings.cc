@@ -51,7 +51,7 @@ ParameterSection StarSettings::section() {
                           "draw stars whose pixel would be brighter than the white point as discs "
                           "of that brightness; by default true for pictures (.png, .bmp) and with "
                           "white_point"),
-       Parameter::number("white_point", "", positive(), std::nullopt,
+       Parameter::number("white_point", "", Interval::positive(), std::nullopt,
                          "brightness of the discs in the image's unit; by default the white of the "
                          "picture that the image makes"),
        Parameter::number(
