@@ -2,9 +2,8 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "galaxy/arm_courses.cc"
+#include "core/message.h"
 #include "hwy/foreach_target.h"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -291,9 +290,9 @@ std::vector<ParameterSet> read_arms(const ConfigNode& list) {
     const std::size_t segments = own.has("pitch_angles") ? own.numbers("pitch_angles").size() : 0;
     const auto kinks = own.has("kinks") ? own.numbers("kinks") : std::vector<double>();
     if (kinks.size() + 1 != std::max<std::size_t>(segments, 1)) {
-      throw InputError(own.where(own.has("kinks") ? "kinks" : "pitch_angles"),
-                       fmt::format("{}{} pitch_angles need {} kinks between them, not {}", context,
-                                   segments, std::max<std::size_t>(segments, 1) - 1, kinks.size()));
+      throw input_error(own.where(own.has("kinks") ? "kinks" : "pitch_angles"),
+                        "{}{} pitch_angles need {} kinks between them, not {}", context, segments,
+                        std::max<std::size_t>(segments, 1) - 1, kinks.size());
     }
     if (!std::is_sorted(kinks.begin(), kinks.end())) {
       throw InputError(own.where("kinks"), context + "'kinks' must increase");

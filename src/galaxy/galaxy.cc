@@ -1,11 +1,11 @@
 #include "gamer/galaxy/galaxy.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "core/message.h"
 #include "galaxy/galaxy_overrides.h"
 #include "galaxy/shape_text.h"
 #include "gamer/core/near.h"
@@ -156,14 +156,14 @@ void Galaxy::show_alone(const std::string& name, const SourceLocation& where) {
     if (!component->absorbs()) known.push_back(component->name());
   }
   if (shown == nullptr) {
-    throw InputError(
-        where, fmt::format("the galaxy has no component {}{}; its light is in '{}'",
-                           in_quotes(name), did_you_mean(name, known), fmt::join(known, "', '")));
+    throw input_error(where, "the galaxy has no component {}{}; its light is in '{}'",
+                      in_quotes(name), did_you_mean(name, known), fmt::join(known, "', '"));
   }
   if (shown->absorbs()) {
-    throw InputError(where, fmt::format("{} is dust, which emits no light to be seen alone; "
-                                        "truth.optical_depth makes an image of it",
-                                        in_quotes(name)));
+    throw input_error(where,
+                      "{} is dust, which emits no light to be seen alone; truth.optical_depth "
+                      "makes an image of it",
+                      in_quotes(name));
   }
   for (std::size_t c = 0; c < components_.size(); ++c) luminosities_.push_back(luminosity(c));
   for (const auto& component : components_) {

@@ -1,8 +1,8 @@
 #include "gamer/image/instrument.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "core/message.h"
 #include "gamer/core/config.h"
 #include "gamer/core/near.h"
 
@@ -58,8 +58,8 @@ Instrument Instrument::parse(std::string_view text, const std::string& label) {
   const std::vector<std::string> sections = {"instrument", "band"};
   for (const auto& [key, node] : root.table()) {
     if (key == sections[0] || key == sections[1]) continue;
-    throw InputError(node.key_where, fmt::format("unknown section {} in an instrument{}",
-                                                 in_quotes(key), did_you_mean(key, sections)));
+    throw input_error(node.key_where, "unknown section {} in an instrument{}", in_quotes(key),
+                      did_you_mean(key, sections));
   }
   const ConfigNode* section = root.find("instrument");
   const ConfigNode* list = root.find("band");
@@ -84,8 +84,7 @@ Instrument Instrument::parse(std::string_view text, const std::string& label) {
     const ParameterSet band = ParameterSet::read(band_table(), node, "", "in [[band]]");
     const Band made{band.number("zero_point"), optional_number(band, "sky"), band.number("fwhm")};
     if (!result.bands.emplace(band.text("name"), made).second) {
-      throw InputError(band.where("name"),
-                       fmt::format("band '{}' stands twice", band.text("name")));
+      throw input_error(band.where("name"), "band '{}' stands twice", band.text("name"));
     }
   }
   return result;
@@ -96,8 +95,8 @@ const Instrument::Band& Instrument::band(const std::string& band_name) const {
   if (found != bands.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [own, band] : bands) known.push_back(own);
-  throw InputError(fmt::format("{} has no band {}; it has {}{}", name, in_quotes(band_name),
-                               fmt::join(known, ", "), did_you_mean(band_name, known)));
+  throw input_error("{} has no band {}; it has {}{}", name, in_quotes(band_name),
+                    fmt::join(known, ", "), did_you_mean(band_name, known));
 }
 
 const std::vector<std::string>& instrument_suffixes() {

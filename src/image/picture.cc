@@ -1,13 +1,12 @@
 #include "gamer/image/picture.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numeric>
 #include <stdexcept>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/image/png_table.h"
 #include "image/picture_size.h"
@@ -310,8 +309,8 @@ class PictureWriter final : public ImageWriter {
   void finish() override {
     const auto missing = std::find(written_.begin(), written_.end(), false);
     if (missing != written_.end()) {
-      throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
-                                 missing - written_.begin()));
+      throw run_error("{}: row {} was never written", options_.path.string(),
+                      missing - written_.begin());
     }
     const PictureTone tone = options_.tone ? PictureTone::of_numbers(*options_.tone)
                                            : automatic_tone(views(channels_), 1);

@@ -1,7 +1,5 @@
 #include "gamer/job/film.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <iterator>
@@ -9,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
@@ -241,11 +240,10 @@ void Film::choose_tone(const Ranks& ranks, Executor& executor) {
   const auto tone = frame_tone(*jobs_, frame(parameters_.animation.tone_frame - 1), executor);
   // With two tones the film would flicker.
   if (ranks.rank() == 0 && earlier_tone_ && *earlier_tone_ != tone) {
-    throw InputError(
-        {earlier_picture_.string(), 0, 0},
-        fmt::format("the film has changed since it began: image.tone was {}, is {} "
-                    "(of frame {}, animation.tone_frame); --overwrite starts anew",
-                    tone_text(*earlier_tone_), tone_text(tone), parameters_.animation.tone_frame));
+    throw input_error({earlier_picture_.string(), 0, 0},
+                      "the film has changed since it began: image.tone was {}, is {} (of frame {}, "
+                      "animation.tone_frame); --overwrite starts anew",
+                      tone_text(*earlier_tone_), tone_text(tone), parameters_.animation.tone_frame);
   }
   const std::string text = ranks.broadcast(tone_text(tone));
   const ConfigNode root = parse_toml("[image]\ntone = " + text, "image.tone");

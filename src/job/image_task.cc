@@ -1,6 +1,5 @@
 #include "gamer/job/image_task.h"
 
-#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <span>
 #include <system_error>
 
+#include "core/message.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/image/fits/checksums.h"
@@ -144,7 +144,7 @@ void check_undamaged(const RenderParameters& parameters, const JobOptions& optio
     constexpr int table_hdus = 2;
     if (!options.truth_table.empty()) check_sums(options.truth_table, table_hdus);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}; --overwrite starts anew", error.what()));
+    throw input_error("{}; --overwrite starts anew", error.what());
   }
 }
 
@@ -194,10 +194,9 @@ void InputFiles::check_outputs(const std::vector<fs::path>& files) const {
     const auto id = identity(file);
     const auto found = id ? files_.find(*id) : files_.end();
     if (found == files_.end()) continue;
-    throw InputError(
-        fmt::format("output '{}': this is the file '{}', from which the job is made; "
-                    "choose another output",
-                    file.string(), found->second.string()));
+    throw input_error(
+        "output '{}': this is the file '{}', from which the job is made; choose another output",
+        file.string(), found->second.string());
   }
 }
 

@@ -1,12 +1,11 @@
 #include "gamer/job/job.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
@@ -368,11 +367,11 @@ void check_row_memory(const ImageHeader& header, int planes, int ranks, int thre
   const std::uint64_t needed = row_memory(header.width, planes, ranks, threads);
   const std::uint64_t available = available_memory();
   if (needed <= available) return;
-  throw InputError(
-      fmt::format("the rows of an image of {} x {} pixels and {} planes in {} thread{} need {} of "
-                  "memory; there are {}",
-                  header.width, header.height, planes, threads, threads == 1 ? "" : "s",
-                  bytes_text(needed), bytes_text(available)));
+  throw input_error(
+      "the rows of an image of {} x {} pixels and {} planes in {} thread{} need {} of memory; "
+      "there are {}",
+      header.width, header.height, planes, threads, threads == 1 ? "" : "s", bytes_text(needed),
+      bytes_text(available));
 }
 
 }  // namespace gamer

@@ -1,7 +1,6 @@
 #include "gamer/job/journal.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
 #include "image/temporary_file.h"
@@ -175,11 +175,11 @@ class NoJournal : public InputError {
 };
 
 RunError read_failure(const std::filesystem::path& path, int error) {
-  return RunError(fmt::format("{}: cannot read: {}", path.string(), std::strerror(error)));
+  return run_error("{}: cannot read: {}", path.string(), std::strerror(error));
 }
 
 RunError write_failure(const std::filesystem::path& path, int error) {
-  return RunError(fmt::format("{}: cannot write: {}", path.string(), std::strerror(error)));
+  return run_error("{}: cannot write: {}", path.string(), std::strerror(error));
 }
 
 /// Reads up to `bytes.size()` bytes, fewer at the end of the file. Throws RunError.
@@ -406,7 +406,7 @@ void Journal::remove() {
   // The files that the job made must have their names first.
   sync_folder(path_);
   if (has_name(descriptor_, path_) && unlink(path_.c_str()) != 0) {
-    throw RunError(fmt::format("{}: cannot remove: {}", path_.string(), std::strerror(errno)));
+    throw run_error("{}: cannot remove: {}", path_.string(), std::strerror(errno));
   }
   close(std::exchange(descriptor_, -1));
 }
@@ -436,7 +436,7 @@ void Journal::begin() {
   } catch (const RunError&) {
     close(std::exchange(descriptor_, -1));
     if (!std::filesystem::exists(std::filesystem::symlink_status(path_))) throw;
-    throw RunError(fmt::format("{}: another process has begun this job meanwhile", path_.string()));
+    throw run_error("{}: another process has begun this job meanwhile", path_.string());
   }
   sync_folder(path_);
   pending_ = {};
@@ -581,9 +581,9 @@ void Journal::replay(int section, std::size_t values_per_row,
         (entry.kind == EntryKind::single_rows ? unpack_values<float>(packed, values)
                                               : unpack_values<double>(packed, values));
     if (!is_whole) {
-      throw InputError({path_.string(), 0, 0},
-                       fmt::format("rows {} to {} are damaged; --overwrite starts anew", rows.first,
-                                   rows.last - 1));
+      throw input_error({path_.string(), 0, 0},
+                        "rows {} to {} are damaged; --overwrite starts anew", rows.first,
+                        rows.last - 1);
     }
     consume(rows, values);
   }

@@ -1,7 +1,5 @@
 #include "gamer/job/run_job.h"
 
-#include <fmt/format.h>
-
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -9,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/parallel_for.h"
@@ -140,9 +139,7 @@ bool is_to_standard_output(const RenderJob& job) {
 
 /// Throws InputError for what standard output cannot hold.
 void check_stream(const RunOptions& options, const RenderJob& job, int ranks) {
-  const auto fail = [](const char* what) {
-    throw InputError(fmt::format("gamer: output '-': {}", what));
-  };
+  const auto fail = [](const char* what) { throw input_error("gamer: output '-': {}", what); };
   // Launchers may give a terminal to ranks.
   if (ranks > 1) fail("several ranks need a file");
   if (options.work.resume) fail("nothing is kept to resume; give a file");

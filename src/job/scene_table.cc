@@ -1,13 +1,12 @@
 #include "job/scene_table.h"
 
-#include <fmt/format.h>
-
 #include <charconv>
 #include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/job/record.h"
 #include "gamer/scene/scene_columns.h"
 #include "scene/other_columns.h"
@@ -98,7 +97,7 @@ const Parameter& declared_column(std::string_view name) {
   for (const Parameter& column : scene_columns()) {
     if (column.name == name) return column;
   }
-  throw InputError({recorded_scene, 1, 0}, fmt::format("unknown column '{}'", name));
+  throw input_error({recorded_scene, 1, 0}, "unknown column '{}'", name);
 }
 
 /// The columns of the scene's list, which has a line of names and then a row on each line.

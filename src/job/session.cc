@@ -1,13 +1,12 @@
 #include "gamer/job/session.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <mutex>
 #include <new>
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/image/fits/fits.h"
@@ -36,7 +35,7 @@ namespace fs = std::filesystem;
 void add_galaxies(const RenderInput& input, const std::string& label, Resources& resources) {
   for (const auto& [name, text] : input.galaxies) {
     if (name.find('/') != std::string::npos) {
-      throw InputError(fmt::format("galaxy '{}': a name in memory has no '/'", name));
+      throw input_error("galaxy '{}': a name in memory has no '/'", name);
     }
     const fs::path file = (fs::path(label).parent_path() / (name + ".toml")).lexically_normal();
     const bool is_below = file.is_relative() && !file.generic_string().starts_with("../");

@@ -1,7 +1,5 @@
 #include "gamer/job/stamps.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 #include <new>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
@@ -56,10 +55,10 @@ std::vector<ImageRegion> stamp_regions(const RenderJob& job) {
   for (const PlacedGalaxy& placed : job.scene->galaxies) {
     const std::optional<glm::dvec2> pixel = camera.pixel(placed.centre);
     if (!pixel) {
-      throw InputError(
-          fmt::format("a stamp of object {}{}: its centre has no pixel, because the "
-                      "projection does not show it",
-                      placed.object + 1, placed.id.empty() ? "" : fmt::format(" ({})", placed.id)));
+      throw input_error(
+          "a stamp of object {}{}: its centre has no pixel, because the projection does not show "
+          "it",
+          placed.object + 1, placed.id.empty() ? "" : fmt::format(" ({})", placed.id));
     }
     // The shortest side of a pixel counts.
     const double step = camera.pixel_size(placed.centre) / camera.distance(placed.centre);
@@ -230,10 +229,9 @@ StampTask::StampTask(RenderJob job, JobOptions options, int ranks, int threads)
   const std::uint64_t needed =
       static_cast<std::uint64_t>(held_blocks(ranks, threads)) * StampRenderer(job_).most_bytes();
   if (const std::uint64_t available = available_memory(); needed > available) {
-    throw InputError(
-        fmt::format("the largest stamps need {} of memory, {} is available; "
-                    "stamps.largest limits their size",
-                    bytes_text(needed), bytes_text(available)));
+    throw input_error(
+        "the largest stamps need {} of memory, {} is available; stamps.largest limits their size",
+        bytes_text(needed), bytes_text(available));
   }
 }
 

@@ -1,7 +1,5 @@
 #include "gamer/job/star_table.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -11,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/job/star_tone.h"
 #include "gamer/sed/photometry.h"
@@ -225,10 +224,10 @@ void check_memory(std::int64_t stars, std::size_t values) {
   const std::uint64_t needed = 2 * static_cast<std::uint64_t>(stars) * values * sizeof(double);
   const std::uint64_t available = available_memory();
   if (needed <= available) return;
-  throw RunError(
-      fmt::format("table STARS of {} stars needs {} of memory, {} is available; a smaller "
-                  "sampling.stars_per_pixel or a region has fewer stars",
-                  stars, bytes_text(needed), bytes_text(available)));
+  throw run_error(
+      "table STARS of {} stars needs {} of memory, {} is available; a smaller "
+      "sampling.stars_per_pixel or a region has fewer stars",
+      stars, bytes_text(needed), bytes_text(available));
 }
 
 }  // namespace
@@ -251,8 +250,8 @@ void check_star_table(const RenderJob& job) {
   const bool is_whole = job.scene->objects == job.scene->rows;
   if (is_whole && !has_star_field(*job.scene)) {
     fail(
-        "no galaxy of the scene has a component of class starfield; objects of the scene and "
-        "field stars are in table TRUTH (--truth)");
+        "no galaxy of the scene has a component of class starfield; objects of the scene and field "
+        "stars are in table TRUTH (--truth)");
   }
   if (!(parameters.sampling.stars_per_pixel > 0)) {
     fail("sampling.stars_per_pixel = 0 draws no star; give a larger value");

@@ -1,12 +1,11 @@
 #include "gamer/job/truth_table.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/units.h"
 #include "gamer/image/new_file.h"
@@ -46,7 +45,7 @@ void check_truth_table(const std::filesystem::path& path, const OutputOptions& i
     return;
   }
   const auto fail = [&](const std::string& reason) {
-    throw InputError(fmt::format("gamer: --truth-table {}: {}", path.string(), reason));
+    throw input_error("gamer: --truth-table {}: {}", path.string(), reason);
   };
   if (path.extension() != ".ecsv" && path.extension() != ".fits") {
     fail("the suffix must be .fits or .ecsv");

@@ -1,7 +1,5 @@
 #include "processing/aperture.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <boost/math/tools/toms748_solve.hpp>
@@ -10,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
@@ -62,7 +61,7 @@ SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
   const auto direction = [&](double dx, double dy) {
     const auto sky = wcs.sky(PixelPosition{x + 1 + dx, y + 1 + dy});
     if (!sky) {
-      throw InputError(fmt::format("pixel ({:.6g}, {:.6g}) shows no sky", x + 1 + dx, y + 1 + dy));
+      throw input_error("pixel ({:.6g}, {:.6g}) shows no sky", x + 1 + dx, y + 1 + dy);
     }
     const double ra = sky->ra * degree, dec = sky->dec * degree;
     return Vector3{std::cos(dec) * std::cos(ra), std::cos(dec) * std::sin(ra), std::sin(dec)};
@@ -433,9 +432,8 @@ Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius,
   for (int step = 0; step < most_steps; ++step) {
     const LightMoments light = moments(plane, moved, radius, background, threads);
     if (!(light.flux > 0) || !std::isfinite(light.x + light.y)) {
-      throw InputError(
-          fmt::format("the light about pixel ({:.6g}, {:.6g}) has no centroid: its sum is {:.6g}",
-                      moved.x() + 1, moved.y() + 1, light.flux));
+      throw input_error("the light about pixel ({:.6g}, {:.6g}) has no centroid: its sum is {:.6g}",
+                        moved.x() + 1, moved.y() + 1, light.flux);
     }
     const double distance = std::hypot(light.x - moved.x(), light.y - moved.y());
     moved = moved.moved_to(light.x, light.y);

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -9,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/random.h"
 #include "processing/detector.h"
@@ -79,8 +78,8 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call), instrum
   output_unit_ = parameters.text("output_unit");
   is_gaussian_ = has("sigma") || has("snr");
   const auto exclude = [](const char* a, const char* b) {
-    throw InputError(fmt::format("{}{} and {} exclude each other; leave one out", context,
-                                 option_name(a), option_name(b)));
+    throw input_error("{}{} and {} exclude each other; leave one out", context, option_name(a),
+                      option_name(b));
   };
   if (has("sigma") && has("snr")) exclude("sigma", "snr");
   if (has("sky") && has("sky_rate")) exclude("sky", "sky_rate");
@@ -91,23 +90,22 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call), instrum
         "gain",     "bias",      "keep_sky",   "instrument"};
     for (const char* name : detector_name) {
       if (!parameters.is_given(name)) continue;
-      throw InputError(
-          fmt::format("{}{} is of a detector and does not go with {}, plain Gaussian "
-                      "noise; leave one out",
-                      context, option_name(name), has("sigma") ? "--sigma" : "--snr"));
+      throw input_error(
+          "{}{} is of a detector and does not go with {}, plain Gaussian noise; leave one out",
+          context, option_name(name), has("sigma") ? "--sigma" : "--snr");
     }
     return;
   }
   if (!has("exposure") && !instrument_.is_given()) {
-    throw InputError(
-        fmt::format("{}which noise? --exposure (s) or --instrument for a detector, "
-                    "--sigma or --snr for plain Gaussian noise",
-                    context));
+    throw input_error(
+        "{}which noise? --exposure (s) or --instrument for a detector, --sigma or --snr for plain "
+        "Gaussian noise",
+        context);
   }
   for (const char* name : {"gain", "bias"}) {
     if (parameters.is_given(name) && output_unit_ != "ADU") {
-      throw InputError(fmt::format("{}{} is of the converter to ADU; add --output-unit ADU",
-                                   context, option_name(name)));
+      throw input_error("{}{} is of the converter to ADU; add --output-unit ADU", context,
+                        option_name(name));
     }
   }
 }
@@ -122,9 +120,8 @@ PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
   const double ratio = value("snr", task);
   const double norm = signal_norm(*task.plane, task.threads);
   if (!(norm > 0 && std::isfinite(norm))) {
-    throw InputError(fmt::format("{}--snr needs light: plane {} of {} has {}; --sigma needs none",
-                                 context, task.info.plane + 1, task.label,
-                                 norm > 0 ? "infinite pixels" : "none"));
+    throw input_error("{}--snr needs light: plane {} of {} has {}; --sigma needs none", context,
+                      task.info.plane + 1, task.label, norm > 0 ? "infinite pixels" : "none");
   }
   noise.sigma = norm / ratio;
   return noise;
@@ -158,8 +155,8 @@ std::optional<double> NoiseOperation::sky(const PlaneTask& task) const {
   if (!instrument_.is_given()) return std::nullopt;
   const std::optional<double> own = instrument_.band(task).sky;
   if (own) return own;
-  throw InputError(fmt::format("{}{} has no sky in {}; give --sky or --sky-rate", context,
-                               instrument_.get().name, task.info.label));
+  throw input_error("{}{} has no sky in {}; give --sky or --sky-rate", context,
+                    instrument_.get().name, task.info.label);
 }
 
 /// Area to which the flux of MAGZERO belongs.
@@ -168,10 +165,10 @@ double area_of(const PlaneTask& task) {
   try {
     return calibrated_area(task.info.unit, task.header, task.label);
   } catch (const InputError& error) {
-    throw InputError(
-        fmt::format("{}a surface brightness ({}) becomes electrons by the size of "
-                    "pixels: {}; give --electrons-per-unit",
-                    context, task.info.unit, error.what()));
+    throw input_error(
+        "{}a surface brightness ({}) becomes electrons by the size of pixels: {}; give "
+        "--electrons-per-unit",
+        context, task.info.unit, error.what());
   }
 }
 
@@ -180,26 +177,25 @@ double NoiseOperation::electron_rate(const PlaneTask& task) const {
   const bool has_scale = has("electrons_per_unit");
   const std::optional<double> image_zero_point = task.info.zero_point;
   if (has_scale && has("zero_point") && image_zero_point) {
-    throw InputError(fmt::format(
+    throw input_error(
         "{}{} has MAGZERO, so --zero-point and --electrons-per-unit exclude each other; leave one "
         "out",
-        context, task.label));
+        context, task.label);
   }
   if (has_scale) return value("electrons_per_unit", task);
   const std::optional<double> own_zero_point = zero_point(task);
   if (!own_zero_point) {
     if (task.info.unit == electron_rate_unit) return 1;
-    throw InputError(fmt::format(
+    throw input_error(
         "{}how many electrons is light? Give --zero-point (AB magnitude of 1 electron/s){}",
         context,
         image_zero_point
             ? ""
-            : fmt::format(" or, as {} has no MAGZERO, --electrons-per-unit", task.label)));
+            : fmt::format(" or, as {} has no MAGZERO, --electrons-per-unit", task.label));
   }
   if (!image_zero_point) {
-    throw InputError(fmt::format("{}{} needs MAGZERO, and {} has none; give --electrons-per-unit",
-                                 context, has("zero_point") ? "--zero-point" : "--instrument",
-                                 task.label));
+    throw input_error("{}{} needs MAGZERO, and {} has none; give --electrons-per-unit", context,
+                      has("zero_point") ? "--zero-point" : "--instrument", task.label);
   }
   return area_of(task) * flux_ratio(*image_zero_point - *own_zero_point);
 }
@@ -214,17 +210,17 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
     rate_zero_point = *task.info.zero_point - magnitudes_of(rate / area_of(task));
   }
   if (!rate_zero_point) {
-    throw InputError(fmt::format(
+    throw input_error(
         "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; or give "
         "--sky-rate",
-        context, task.label));
+        context, task.label);
   }
   try {
     const double scale = pixel_scale(task.header, task.label);
     return scale * scale * flux_ratio(*brightness - *rate_zero_point);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}--sky needs the size of pixels: {}; give --sky-rate", context,
-                                 error.what()));
+    throw input_error("{}--sky needs the size of pixels: {}; give --sky-rate", context,
+                      error.what());
   }
 }
 
@@ -242,10 +238,10 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
   const double electrons = detector.electron_rate * detector.exposure;
   const double background_counts = detector.background();
   if (!(std::isnormal(electrons) && std::isfinite(background_counts))) {
-    throw InputError(
-        fmt::format("{}a pixel of value 1 of {} would be {:.6g} electrons, and the sky {:.6g}; "
-                    "check the zero points, --sky and --exposure",
-                    context, task.label, electrons, background_counts));
+    throw input_error(
+        "{}a pixel of value 1 of {} would be {:.6g} electrons, and the sky {:.6g}; check the zero "
+        "points, --sky and --exposure",
+        context, task.label, electrons, background_counts);
   }
   if (output_unit_ == "same") {
     noise.gain = electrons;

@@ -84,7 +84,7 @@ void check_percentiles(const OperationCall& call) {
   std::sort(sorted.begin(), sorted.end());
   const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
   if (twice != sorted.end()) {
-    throw wrong(call, fmt::format("--percentiles has {:g} twice; give each once", *twice));
+    throw wrong(call, "--percentiles has {:g} twice; give each once", *twice);
   }
 }
 
@@ -137,10 +137,8 @@ void check_range(const OperationCall& call, const SpectrumOptions& options, cons
   if (!call.parameters.has("range")) return;
   const int most = std::min(task.plane->width(), task.plane->height()) / 2;
   if (!(options.lowest < options.highest && options.highest <= most)) {
-    throw wrong(call, fmt::format("--range {:g},{:g}: expected 1 <= k1 < k2 <= {} for {} x {} "
-                                  "pixels",
-                                  options.lowest, options.highest, most, task.plane->width(),
-                                  task.plane->height()));
+    throw wrong(call, "--range {:g},{:g}: expected 1 <= k1 < k2 <= {} for {} x {} pixels",
+                options.lowest, options.highest, most, task.plane->width(), task.plane->height());
   }
 }
 
@@ -290,9 +288,8 @@ int run_compare(const OperationCall& call) {
   const std::vector<int> hdus = hdu_numbers(first);
   visit_planes(first, call.threads, [&](const PlaneTask& task) {
     if (shapes != other_shapes) {
-      throw wrong(
-          call, fmt::format("{} has images of {} pixels, {} of {}; expected the same", first.name(),
-                            shapes_text(shapes), second.name(), shapes_text(other_shapes)));
+      throw wrong(call, "{} has images of {} pixels, {} of {}; expected the same", first.name(),
+                  shapes_text(shapes), second.name(), shapes_text(other_shapes));
     }
     const auto index = static_cast<std::size_t>(task.index);
     const Comparison result = compare(*task.plane, *others[index], call.threads);

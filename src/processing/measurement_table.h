@@ -18,9 +18,6 @@ namespace gamer {
 
 inline constexpr const char* measurement_group = "Measurement";
 
-/// "gutil <operation>: <message>".
-InputError wrong(const OperationCall& call, const std::string& message);
-
 /// Appends a value to the column of that name; the table's first row makes the columns.
 template <class Value>
 void put(DataTable& table, const std::string& name, const Value& value,

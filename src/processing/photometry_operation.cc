@@ -40,7 +40,7 @@ std::vector<Target> places_of(const OperationCall& call) {
     if (parameters.has(name)) given.push_back(option_name(name));
   }
   if (given.size() > 1) {
-    throw wrong(call, fmt::format("{} and {} both say where; give one", given[0], given[1]));
+    throw wrong(call, "{} and {} both say where; give one", given[0], given[1]);
   }
   std::vector<Target> places;
   const auto add = [&](bool is_sky, double x, double y, bool is_of_table) {
@@ -51,8 +51,7 @@ std::vector<Target> places_of(const OperationCall& call) {
     if (!parameters.has(name)) continue;
     const std::vector<double>& numbers = parameters.numbers(name);
     if (numbers.empty() || numbers.size() % 2 != 0) {
-      throw wrong(call, fmt::format("{} has {} numbers; each place has two", option_name(name),
-                                    numbers.size()));
+      throw wrong(call, "{} has {} numbers; each place has two", option_name(name), numbers.size());
     }
     for (std::size_t i = 0; i < numbers.size(); i += 2) {
       add(name == std::string_view("position"), numbers[i], numbers[i + 1], false);
@@ -63,7 +62,7 @@ std::vector<Target> places_of(const OperationCall& call) {
     try {
       table = read_positions(parameters.text("positions"));
     } catch (const InputError& error) {
-      throw wrong(call, fmt::format("--positions {}", error.what()));
+      throw wrong(call, "--positions {}", error.what());
     }
     for (std::size_t i = 0; i < table.x.size(); ++i)
       add(table.is_sky, table.x[i], table.y[i], true);
@@ -85,8 +84,8 @@ class Photometry {
       wcs_ = celestial_wcs(task.header, task.label);
     } catch (const InputError& error) {
       if (needs_sky) {
-        throw wrong(call, fmt::format("--{} needs celestial coordinates: {}",
-                                      in_arcsec_ ? "unit arcsec" : "position", error.what()));
+        throw wrong(call, "--{} needs celestial coordinates: {}",
+                    in_arcsec_ ? "unit arcsec" : "position", error.what());
       }
     }
     try {
@@ -95,7 +94,7 @@ class Photometry {
     } catch (const Unmeasurable& error) {
       const std::string at =
           place.is_numbered ? fmt::format(", position {}", place.number) : std::string();
-      throw wrong(call, fmt::format("{}{}: {}", task.label, at, error.message));
+      throw wrong(call, "{}{}: {}", task.label, at, error.message);
     }
   }
 
@@ -188,17 +187,16 @@ class Photometry {
       const auto pixel = is_number ? wcs_->pixel({place_.x, place_.y}) : std::nullopt;
       if (!pixel && place_.is_of_table) return std::nullopt;
       if (!pixel) {
-        throw wrong(call_, fmt::format("--position {:g},{:g} has no pixel in {}", place_.x,
-                                       place_.y, task_.label));
+        throw wrong(call_, "--position {:g},{:g} has no pixel in {}", place_.x, place_.y,
+                    task_.label);
       }
       x = pixel->x - 1;
       y = pixel->y - 1;
     }
     if (!(x >= -0.5 && x <= plane_.width() - 0.5 && y >= -0.5 && y <= plane_.height() - 0.5)) {
       if (place_.is_of_table) return std::nullopt;
-      throw wrong(call_, fmt::format("the centre ({:.6g}, {:.6g}) lies outside {}, which has {} x "
-                                     "{} pixels",
-                                     x + 1, y + 1, task_.label, plane_.width(), plane_.height()));
+      throw wrong(call_, "the centre ({:.6g}, {:.6g}) lies outside {}, which has {} x {} pixels",
+                  x + 1, y + 1, task_.label, plane_.width(), plane_.height());
     }
     return std::pair(x, y);
   }
@@ -237,8 +235,8 @@ class Photometry {
     background_ =
         annulus_background(plane_, *ellipses_, annulus[0], annulus[1], method, call_.threads);
     if (background_.count == 0) {
-      throw wrong(call_, fmt::format("--annulus {:g},{:g} holds no finite pixel of {}", annulus[0],
-                                     annulus[1], task_.label));
+      throw wrong(call_, "--annulus {:g},{:g} holds no finite pixel of {}", annulus[0], annulus[1],
+                  task_.label);
     }
   }
 
@@ -340,8 +338,8 @@ int run_photometry(const OperationCall& call) {
     }
   });
   if (joined.columns.empty()) {
-    throw wrong(call, fmt::format("no row of --positions {} is in {}", parameters.text("positions"),
-                                  call.inputs.front()));
+    throw wrong(call, "no row of --positions {} is in {}", parameters.text("positions"),
+                call.inputs.front());
   }
   deliver(call, {apertures, shapes}, joined);
   return 0;

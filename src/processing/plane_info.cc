@@ -1,7 +1,5 @@
 #include "processing/plane_info.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -11,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
@@ -272,10 +271,10 @@ bool is_magnitude(const std::string& unit) {
 void refuse_magnitudes(const std::string& operation, const std::string& label,
                        const std::string& unit) {
   if (!is_magnitude(unit)) return;
-  throw InputError(
-      fmt::format("gutil {}: the pixels of {} are magnitudes ({}), which do not add up; a flux or "
-                  "surface brightness is needed",
-                  operation, label, unit));
+  throw input_error(
+      "gutil {}: the pixels of {} are magnitudes ({}), which do not add up; a flux or surface "
+      "brightness is needed",
+      operation, label, unit);
 }
 
 std::string squared_unit(std::string_view unit) {
@@ -321,7 +320,7 @@ double pixel_scale(const FitsHeader& header, const std::string& label) {
   const double x = header.number("CRPIX1").value_or(0), y = header.number("CRPIX2").value_or(0);
   const auto at = [&](double dx, double dy) {
     const auto sky = wcs.sky({x + dx, y + dy});
-    if (!sky) throw InputError(fmt::format("{}: its reference pixel shows no sky", label));
+    if (!sky) throw input_error("{}: its reference pixel shows no sky", label);
     return std::array{std::cos(sky->dec * degree) * std::cos(sky->ra * degree),
                       std::cos(sky->dec * degree) * std::sin(sky->ra * degree),
                       std::sin(sky->dec * degree)};

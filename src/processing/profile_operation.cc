@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/parallel_for.h"
 #include "processing/disk_breaks.h"
@@ -175,22 +174,20 @@ std::vector<PlaneProfile> measured_profiles(const OperationCall& call,
         profile.galaxy.start = PlanePoint{options.x, options.y};
         profile.isophotes = isophotes(image, options);
         if (profile.isophotes.empty()) {
-          throw InputError(
-              fmt::format("no galaxy: no ellipse about pixel ({:.6g}, {:.6g}) has "
-                          "light above its error",
-                          options.x + 1, options.y + 1));
+          throw input_error(
+              "no galaxy: no ellipse about pixel ({:.6g}, {:.6g}) has light above its error",
+              options.x + 1, options.y + 1);
         }
       } else {
         const Image& first = profiles.front().galaxy.image;
         if (image.width() != first.width() || image.height() != first.height()) {
-          throw InputError(fmt::format("{} x {} pixels, but the first plane has {} x {}",
-                                       image.width(), image.height(), first.width(),
-                                       first.height()));
+          throw input_error("{} x {} pixels, but the first plane has {} x {}", image.width(),
+                            image.height(), first.width(), first.height());
         }
         profile.isophotes = on_isophotes(image, options, profiles.front().isophotes);
       }
     } catch (const InputError& error) {
-      throw wrong(call, fmt::format("{}: {}", plane_label(task), error.what()));
+      throw wrong(call, "{}: {}", plane_label(task), error.what());
     }
     profile.disk = disk_of(call, profile.isophotes);
     profiles.push_back(std::move(profile));

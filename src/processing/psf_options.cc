@@ -1,11 +1,10 @@
 #include "processing/psf_options.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
@@ -32,8 +31,7 @@ PsfOptions::PsfOptions(const OperationCall& call, InstrumentOption instrument)
     return;
   }
   if (!call.parameters.has("psf")) {
-    fail(fmt::format("needs --psf ({} or a FITS file), or --instrument",
-                     fmt::join(psf_models(), ", ")));
+    fail("needs --psf ({} or a FITS file), or --instrument", fmt::join(psf_models(), ", "));
   }
   const std::vector<std::string>& models = psf_models();
   const std::string& name = call.parameters.text("psf");
@@ -58,7 +56,7 @@ PsfOptions::PsfOptions(const OperationCall& call, InstrumentOption instrument)
     refuse("fwhm", "follows from --diameter; give one of them");
     refuse("unit", "is of --fwhm, not of --diameter");
   } else if (!call.parameters.has("fwhm")) {
-    fail(kind_ == PsfKind::airy ? "needs --fwhm, or --diameter" : "needs --fwhm");
+    fail("{}", kind_ == PsfKind::airy ? "needs --fwhm, or --diameter" : "needs --fwhm");
   }
   check_size();
   if (call.parameters.number("axis_ratio") == 1) {
@@ -70,7 +68,7 @@ void PsfOptions::check_size() const {
   if (!call_.parameters.has("size")) return;
   refuse("energy", "chooses the size; give --size or --energy");
   if (const auto size = call_.parameters.integer("size"); size % 2 == 0) {
-    fail(fmt::format("--size is {}; only odd sizes have a middle pixel", size));
+    fail("--size is {}; only odd sizes have a middle pixel", size);
   }
 }
 
@@ -101,8 +99,8 @@ Psf PsfOptions::psf(const PlaneTask& task) const {
                                               : plane_value(call_, "fwhm", task);
   model.fwhm = needs_scale() ? asked / pixel_scale(task.header, task.label) : asked;
   if (!(model.fwhm >= least_fwhm && model.fwhm <= largest_fwhm)) {
-    fail(fmt::format("plane {}: a FWHM of {:.6g} pixels; [{}, {}] are possible", task.index + 1,
-                     model.fwhm, least_fwhm, largest_fwhm));
+    fail("plane {}: a FWHM of {:.6g} pixels; [{}, {}] are possible", task.index + 1, model.fwhm,
+         least_fwhm, largest_fwhm);
   }
   return Psf(model);
 }
@@ -118,20 +116,16 @@ StampOptions PsfOptions::stamp() const {
   return options;
 }
 
-void PsfOptions::fail(const std::string& what) const {
-  throw InputError(fmt::format("gutil {}: {}", call_.operation, what));
-}
-
 void PsfOptions::check_file_name(const std::string& name) const {
   const bool is_word = name.find_first_of("./[") == std::string::npos && name != "-";
   std::error_code error;
   if (!is_word || std::filesystem::exists(name, error)) return;
-  fail(fmt::format("--psf is {}; a model ({}) or a FITS file is needed{}", in_quotes(name),
-                   fmt::join(psf_models(), ", "), did_you_mean(name, psf_models())));
+  fail("--psf is {}; a model ({}) or a FITS file is needed{}", in_quotes(name),
+       fmt::join(psf_models(), ", "), did_you_mean(name, psf_models()));
 }
 
 void PsfOptions::refuse(const char* option, const char* why) const {
-  if (call_.parameters.is_given(option)) fail(fmt::format("{} {}", option_name(option), why));
+  if (call_.parameters.is_given(option)) fail("{} {}", option_name(option), why);
 }
 
 double PsfOptions::position_angle(const PlaneTask& task) const {
@@ -142,8 +136,8 @@ double PsfOptions::position_angle(const PlaneTask& task) const {
   try {
     return angle_on_pixels(*wcs, x, y, asked * degree) / degree - 90;
   } catch (const InputError& error) {
-    fail(fmt::format("{}: --position-angle is from North, at the middle of the image, but {}",
-                     task.label, error.what()));
+    fail("{}: --position-angle is from North, at the middle of the image, but {}", task.label,
+         error.what());
   }
 }
 
@@ -158,10 +152,8 @@ std::optional<CelestialWcs> PsfOptions::celestial_wcs(const PlaneTask& task) {
 
 double PsfOptions::diffraction_fwhm(const PlaneTask& task) const {
   if (!task.info.wavelength) {
-    fail(
-        fmt::format("{}: --diameter needs the wavelength of plane {}, which has no WAVELEN; "
-                    "give --fwhm",
-                    task.label, task.index + 1));
+    fail("{}: --diameter needs the wavelength of plane {}, which has no WAVELEN; give --fwhm",
+         task.label, task.index + 1);
   }
   const double ratio = *task.info.wavelength * angstrom / call_.parameters.number("diameter");
   return airy_fwhm(call_.parameters.number("obscuration")) * ratio / arcsecond;

@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <array>
@@ -11,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
@@ -70,8 +70,7 @@ std::vector<Tone> measure_tones(const OperationCall& call, std::span<const Plane
       const PlaneTask& first = group.front();
       const std::string plane =
           group.size() == 1 && first.count > 1 ? fmt::format(", plane {}", first.index + 1) : "";
-      throw InputError(
-          fmt::format("gutil {}: {}{}: {}", call.operation, first.label, plane, error.what()));
+      throw wrong(call, "{}{}: {}", first.label, plane, error.what());
     }
   };
   std::vector<Tone> tones;
@@ -153,10 +152,10 @@ std::string only_target(const OperationCall& call) {
   }
   if (given.size() == 1) return given.front();
   if (given.empty()) {
-    throw InputError(fmt::format("gutil normalise: to what? give one of {}", fmt::join(all, ", ")));
+    throw input_error("gutil normalise: to what? give one of {}", fmt::join(all, ", "));
   }
-  throw InputError(fmt::format("gutil normalise: {} and {} exclude each other; give one",
-                               option_name(given[0]), option_name(given[1])));
+  throw input_error("gutil normalise: {} and {} exclude each other; give one",
+                    option_name(given[0]), option_name(given[1]));
 }
 
 /// The tone that gives the plane's total the magnitude.
@@ -198,8 +197,8 @@ Normalisation::Normalisation(const OperationCall& call)
   const std::vector<double>& percentiles = parameters.numbers(target_);
   range_ = {percentiles[0] * percent, percentiles[1] * percent};
   if (!(range_[0] < range_[1])) {
-    throw InputError(fmt::format("gutil normalise: --percentile-range {}: low must be below high",
-                                 fmt::join(percentiles, ",")));
+    throw input_error("gutil normalise: --percentile-range {}: low must be below high",
+                      fmt::join(percentiles, ","));
   }
 }
 
@@ -207,7 +206,7 @@ std::span<const PlaneTask> Normalisation::measured(std::span<const PlaneTask> gr
   if (!call_.parameters.has("reference")) return group;
   const std::int64_t reference = call_.parameters.integer("reference");
   if (reference > static_cast<std::int64_t>(group.size())) {
-    throw InputError(fmt::format("--reference {}: there are {} planes", reference, group.size()));
+    throw input_error("--reference {}: there are {} planes", reference, group.size());
   }
   return group.subspan(static_cast<std::size_t>(reference) - 1, 1);
 }
@@ -217,8 +216,8 @@ LinearTone Normalisation::tone(std::span<const PlaneTask> group) const {
   const int threads = group.front().threads;
   if (is_to_magnitude_) {
     if (group.size() > 1) {
-      throw InputError(fmt::format(
-          "--magnitude of which of {} planes? give --reference, or --per plane", group.size()));
+      throw input_error("--magnitude of which of {} planes? give --reference, or --per plane",
+                        group.size());
     }
     return tone_to_magnitude(plane_value(call_, "magnitude", group.front()), group.front());
   }
@@ -351,8 +350,7 @@ int stretch_file(const OperationCall& call) {
   stretch.function = stretch_functions().at(name);
   const bool has_softening = name == "log" || name == "asinh";
   if (parameters.has("softening") && !has_softening) {
-    throw InputError(
-        fmt::format("gutil stretch: --softening goes with log and asinh, not {}", name));
+    throw input_error("gutil stretch: --softening goes with log and asinh, not {}", name);
   }
   stretch.softening = parameters.has("softening") ? parameters.number("softening")
                                                   : default_softening(stretch.function);
@@ -363,8 +361,8 @@ int stretch_file(const OperationCall& call) {
   const std::string limits = parameters.has("limits") ? "limits" : "percentiles";
   const std::vector<double>& ends = parameters.numbers(limits);
   if (!(ends[0] < ends[1])) {
-    throw InputError(fmt::format("gutil stretch: {} {}: low must be below high",
-                                 option_name(limits), fmt::join(ends, ",")));
+    throw input_error("gutil stretch: {} {}: low must be below high", option_name(limits),
+                      fmt::join(ends, ","));
   }
   const auto measure = [&](std::span<const PlaneTask> group) {
     if (limits == "limits") return Limits{ends[0], ends[1]};

@@ -166,7 +166,7 @@ int run_unwrap(const OperationCall& call) {
                    {memory_plane(is_log ? map : polar_map(galaxy.image, disk.plane, shown))},
                    call.bitpix != 0 ? call.bitpix : float_bitpix, call.threads);
     } catch (const InputError& error) {
-      throw wrong(call, fmt::format("{}: {}", plane_label(task), error.what()));
+      throw wrong(call, "{}: {}", plane_label(task), error.what());
     }
   }
   output.finish();

@@ -122,8 +122,7 @@ LightProfile GalaxyLibrary::light_profile(const std::string& type, const std::st
     light.push_back(flux * known.galaxy->luminosity(c));
   }
   if (std::ranges::none_of(light, [](double value) { return value > 0; })) {
-    row.fail(column::galaxy,
-             fmt::format("galaxy '{}' has no light that could have a half-light radius", type));
+    row.fail(column::galaxy, "galaxy '{}' has no light that could have a half-light radius", type);
   }
   return LightProfile(known.components, light, known.galaxy->axis());
 }

@@ -1,9 +1,8 @@
 #include "gamer/scene/spectrum_settings.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
+#include "core/message.h"
 #include "gamer/core/near.h"
 #include "scene/section_values.h"
 
@@ -23,12 +22,12 @@ void check_planes(const ParameterSet& spectrum) {
   std::sort(bands.begin(), bands.end());
   const auto twice = std::adjacent_find(bands.begin(), bands.end());
   if (twice != bands.end()) {
-    throw InputError(spectrum.where("bands"), fmt::format("bands has {} twice", in_quotes(*twice)));
+    throw input_error(spectrum.where("bands"), "bands has {} twice", in_quotes(*twice));
   }
   std::sort(sorted.begin(), sorted.end());
   const auto repeated = std::adjacent_find(sorted.begin(), sorted.end());
   if (repeated != sorted.end()) {
-    throw InputError(where, fmt::format("wavelengths has {} A twice", *repeated));
+    throw input_error(where, "wavelengths has {} A twice", *repeated);
   }
 }
 

@@ -1,7 +1,6 @@
 #include "gamer/scene/stamp_settings.h"
 
-#include <fmt/format.h>
-
+#include "core/message.h"
 #include "scene/section_values.h"
 
 namespace gamer {
@@ -13,11 +12,10 @@ constexpr double largest_side = 1e5;
 int side(const ParameterSet& values, std::string_view key) {
   const std::int64_t pixels = values.integer(key);
   if (pixels % 2 == 1) return static_cast<int>(pixels);
-  throw InputError(
+  throw input_error(
       values.where(key),
-      fmt::format("{} = {}: a stamp has an odd number of pixels on a side, so that one "
-                  "is its middle",
-                  key, pixels));
+      "{} = {}: a stamp has an odd number of pixels on a side, so that one is its middle", key,
+      pixels);
 }
 
 }  // namespace
@@ -49,9 +47,8 @@ StampSettings StampSettings::read(const ParameterSet& values) {
   result.smallest = side(values, "smallest");
   result.largest = side(values, "largest");
   if (result.smallest > result.largest) {
-    throw InputError(
-        place_of(values, {"smallest", "largest"}),
-        fmt::format("smallest = {} is above largest = {}", result.smallest, result.largest));
+    throw input_error(place_of(values, {"smallest", "largest"}),
+                      "smallest = {} is above largest = {}", result.smallest, result.largest);
   }
   return result;
 }

@@ -1,6 +1,5 @@
 #include "scene/text_rows.h"
-
-#include <fmt/format.h>
+#include "core/message.h"
 
 #include <algorithm>
 #include <utility>
@@ -175,9 +174,9 @@ void RowCollector::add(const TextLine& line) {
   const std::size_t count = split_line(line, places.separator, label_, columns + 1, words_);
   if (count == 0) return;
   if (count != columns) {
-    throw InputError(location(label_, line, words_.back().begin),
-                     fmt::format("the row has {} value{} for {} columns", count,
-                                 count == 1 ? "" : "s", columns));
+    throw input_error(location(label_, line, words_.back().begin),
+                      "the row has {} value{} for {} columns", count, count == 1 ? "" : "s",
+                      columns);
   }
   if (places.lines.empty()) {
     const std::size_t rows = expected_rows(places.text, line.begin, columns);
@@ -196,8 +195,8 @@ std::vector<Catalogue::Column> named_columns(const TextLine& line, Separator sep
                                              const std::string& label) {
   std::vector<LineWord> words;
   if (split_line(line, separator, label, most_columns + 1, words) > most_columns) {
-    throw InputError(location(label, line, words.back().begin),
-                     fmt::format("there are more than {} columns", most_columns));
+    throw input_error(location(label, line, words.back().begin), "there are more than {} columns",
+                      most_columns);
   }
   std::vector<Catalogue::Column> columns;
   for (const LineWord& word : words) {

@@ -1,13 +1,12 @@
 #include "gamer/sed/bandpass.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/parameter.h"
 #include "sed/two_columns.h"
@@ -100,9 +99,9 @@ std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std:
       text, label, {"response", {photons, energy}, {{"throughput", throughputs, 1}}});
   for (std::size_t i = 0; i < table.wavelengths.size(); ++i) {
     if (!band_wavelengths.contains(table.wavelengths[i])) {
-      throw InputError({label, table.where[i].line, 1},
-                       fmt::format("wavelength {} Angstrom is outside {}, where bandpasses lie",
-                                   table.wavelengths[i], band_wavelengths.text()));
+      throw input_error({label, table.where[i].line, 1},
+                        "wavelength {} Angstrom is outside {}, where bandpasses lie",
+                        table.wavelengths[i], band_wavelengths.text());
     }
   }
   if (table.kind == energy) {

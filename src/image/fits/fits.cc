@@ -1,8 +1,6 @@
 #include "gamer/image/fits/fits.h"
 
 #include <fmt/chrono.h>
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -15,6 +13,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/image/fits/fits_stream.h"
 #include "image/fits/fits_cards.h"
@@ -192,8 +191,8 @@ class FitsWriter final : public ImageWriter {
   void finish() override {
     const auto missing = std::find(written_.begin(), written_.end(), false);
     if (missing != written_.end()) {
-      throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
-                                 missing - written_.begin()));
+      throw run_error("{}: row {} was never written", options_.path.string(),
+                      missing - written_.begin());
     }
     if (is_compressed(options_)) compress();
     for (auto& output : outputs_) {

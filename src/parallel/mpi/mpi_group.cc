@@ -1,8 +1,7 @@
 #ifdef GAMER_HAVE_MPI
 
 #include "parallel/mpi/mpi_group.h"
-
-#include <fmt/format.h>
+#include "core/message.h"
 
 #include <array>
 #include <cstdlib>
@@ -111,7 +110,7 @@ void MpiGroup::open(const Order& order) {
 
 void MpiGroup::give_up(int rank, const std::string& what) {
   has_lost_ = true;
-  throw RunError(fmt::format("rank {} {}", rank, what));
+  throw run_error("rank {} {}", rank, what);
 }
 
 std::optional<Order> MpiGroup::poll_order() {
