@@ -61,7 +61,7 @@ ConfigNode convert(const toml::node& node, const Places& places, int depth) {
       // toml++ sorts by name.
       std::vector<std::pair<const toml::key*, const toml::node*>> members;
       for (const auto& [key, value] : *node.as_table()) members.emplace_back(&key, &value);
-      std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) {
+      std::ranges::stable_sort(members, [](const auto& a, const auto& b) {
         const auto& p = a.first->source().begin;
         const auto& q = b.first->source().begin;
         return std::tie(p.line, p.column) < std::tie(q.line, q.column);
@@ -274,7 +274,7 @@ bool is_bare_key(std::string_view key) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-';
   };
-  return !key.empty() && std::all_of(key.begin(), key.end(), is_bare);
+  return !key.empty() && std::ranges::all_of(key, is_bare);
 }
 
 ConfigNode parse_toml(std::string_view text, const std::string& file) {
@@ -289,7 +289,7 @@ void set_from_text(ConfigNode& root, std::string_view assignment, std::string_vi
   const auto equals = assignment.find('=');
   const std::string_view key = trim(assignment.substr(0, equals));
   const std::vector<std::string> parts = split_key(key);
-  if (equals == std::string_view::npos || !std::all_of(parts.begin(), parts.end(), is_bare_key)) {
+  if (equals == std::string_view::npos || !std::ranges::all_of(parts, is_bare_key)) {
     throw input_error({std::string(trim(origin)), 0, 0}, "{} is not of the form section.key=value",
                       in_quotes(assignment));
   }

@@ -54,7 +54,7 @@ std::string read_file(const fs::path& path) {
 }
 
 bool has_suffix(std::string_view name, std::span<const std::string> suffixes) {
-  return std::any_of(suffixes.begin(), suffixes.end(), [&](const std::string& suffix) {
+  return std::ranges::any_of(suffixes, [&](const std::string& suffix) {
     return name.size() > suffix.size() && name.ends_with(suffix);
   });
 }

@@ -262,8 +262,8 @@ std::int64_t ArmCourses::trunks(const ConfigNode& list) {
 bool ArmCourses::are_asked_for(const ParameterSet& common, const ConfigNode* list) {
   if (list != nullptr) return true;
   const ParameterTable table = common_table();
-  return std::any_of(table.begin(), table.end(),
-                     [&](const Parameter& one) { return common.is_given(one.name); });
+  return std::ranges::any_of(table,
+                             [&](const Parameter& one) { return common.is_given(one.name); });
 }
 
 namespace {
@@ -311,8 +311,8 @@ ArmCourses::ArmCourses(const ArmPattern& pattern, const ParameterSet& common,
   } else {
     arms.assign(static_cast<std::size_t>(pattern.count()), ParameterSet(arm_table()));
   }
-  trunks_ = static_cast<int>(std::count_if(
-      arms.begin(), arms.end(), [](const ParameterSet& one) { return !one.has("leaves"); }));
+  trunks_ = static_cast<int>(
+      std::ranges::count_if(arms, [](const ParameterSet& one) { return !one.has("leaves"); }));
   table_.resize(arms.size() * arm_size);
   // Trunks stand before branches in the tables.
   std::vector<std::size_t> places;

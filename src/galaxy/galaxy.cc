@@ -26,7 +26,7 @@ constexpr std::uint64_t reference_seed = 0x7265666572656e63;
 void check_sections(const ConfigNode& root) {
   static const std::vector<std::string> sections = {"galaxy", "arms", "arm", "component"};
   for (const auto& [key, node] : root.table()) {
-    if (std::find(sections.begin(), sections.end(), key) == sections.end()) {
+    if (std::ranges::find(sections, key) == sections.end()) {
       throw InputError(node.key_where,
                        "unknown section '" + key + "' in a galaxy" + did_you_mean(key, sections));
     }
@@ -220,8 +220,7 @@ void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
     if (!components_[c]->follows().empty()) {
       followed_[c] = position(components_[c]->follows());
       const auto followed = static_cast<std::size_t>(followed_[c]);
-      if (std::find(followed_components_.begin(), followed_components_.end(), followed) ==
-          followed_components_.end()) {
+      if (std::ranges::find(followed_components_, followed) == followed_components_.end()) {
         followed_components_.push_back(followed);
       }
     }

@@ -64,7 +64,7 @@ class HealpixWriter final : public ImageWriter {
   }
 
   void finish() override {
-    const auto missing = std::find(written_.begin(), written_.end(), false);
+    const auto missing = std::ranges::find(written_, false);
     if (missing != written_.end()) {
       throw run_error("{}: row {} was never written", options_.path.string(),
                       missing - written_.begin());

@@ -55,7 +55,7 @@ std::string error_words(const wcsprm& wcs, int status) {
     words = error->msg;
     break;
   }
-  std::replace(words.begin(), words.end(), '\n', ' ');
+  std::ranges::replace(words, '\n', ' ');
   return words;
 }
 
@@ -330,7 +330,7 @@ class Converter {
     const std::vector<std::string> known = sky_projections();
     for (int axis = 0; axis < axis_count; ++axis) {
       const std::string code = projection(axis);
-      if (std::find(known.begin(), known.end(), code) != known.end()) continue;
+      if (std::ranges::find(known, code) != known.end()) continue;
       throw input_error({label, 0, 0}, "CTYPE{}: unknown projection {}{}", axis + 1,
                         in_quotes(code), did_you_mean(code, known));
     }
@@ -368,7 +368,7 @@ class Converter {
 /// The projection in WCSLIB's form. Throws InputError.
 prjprm checked_projection(const SkyView& view) {
   const std::vector<std::string> known = sky_projections();
-  if (std::find(known.begin(), known.end(), view.projection) == known.end()) {
+  if (std::ranges::find(known, view.projection) == known.end()) {
     std::string near = did_you_mean(view.projection, known);
     if (near.empty()) near = fmt::format("; expected one of {}", fmt::join(known, ", "));
     throw input_error("unknown projection {}{}", in_quotes(view.projection), near);

@@ -33,7 +33,7 @@ bool concerns_celestial_axes(const std::string& key) {
 }  // namespace
 
 bool is_printing(std::string_view record) {
-  return std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  return std::ranges::all_of(record, [](char c) { return c >= ' ' && c <= '~'; });
 }
 
 bool has_open_string(std::string_view record) {

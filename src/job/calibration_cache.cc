@@ -42,7 +42,7 @@ class ByteReader {
   std::uint64_t word() {
     std::uint64_t result = 0;
     const std::string_view bytes = take(sizeof result);
-    std::copy(bytes.begin(), bytes.end(), reinterpret_cast<char*>(&result));
+    std::ranges::copy(bytes, reinterpret_cast<char*>(&result));
     return result;
   }
   bool has_failed() const { return has_failed_; }

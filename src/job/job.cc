@@ -126,7 +126,7 @@ void append_common_card(ImageHeader& header, const std::string& key) {
   const Card* common = nullptr;
   for (const std::vector<Card>& cards : header.plane_cards) {
     const auto found =
-        std::find_if(cards.begin(), cards.end(), [&](const Card& card) { return card.key == key; });
+        std::ranges::find_if(cards, [&](const Card& card) { return card.key == key; });
     if (found == cards.end() || (common != nullptr && common->value != found->value)) return;
     common = &*found;
   }

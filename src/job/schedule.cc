@@ -146,7 +146,7 @@ std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, in
     blocks.push_back({first, last});
     first = last;
   }
-  std::stable_sort(blocks.begin(), blocks.end(), [&](const RowRange& a, const RowRange& b) {
+  std::ranges::stable_sort(blocks, [&](const RowRange& a, const RowRange& b) {
     return cost_of(a.first, a.last) > cost_of(b.first, b.last);
   });
   return blocks;

@@ -115,7 +115,7 @@ TruthRows::TruthRows(const RenderJob& job)
 }
 
 void TruthRows::describe(std::size_t object, std::span<double> row) const {
-  std::fill(row.begin(), row.end(), no_value);
+  std::ranges::fill(row, no_value);
   if (stars_[object] != nullptr) {
     describe_star(*stars_[object], row);
   } else {
@@ -245,9 +245,9 @@ DataTable truth_table(const RenderJob& job, Executor& executor,
         }
       },
       [&](RowRange rows, std::span<const double> values) {
-        std::copy(values.begin(), values.end(),
-                  all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(rows.first) *
-                                                            per_object));
+        std::ranges::copy(
+            values, all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(rows.first) *
+                                                              per_object));
         if (count) count(rows.size());
       });
   return truth.table(all);

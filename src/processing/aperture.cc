@@ -257,7 +257,7 @@ std::vector<ApertureSum> aperture_sums(const Plane& plane, const Ellipses& ellip
   std::vector<ApertureSum> results(radii.size());
   if (radii.empty()) return results;
   std::vector<double> sorted(radii.begin(), radii.end());
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   // A pixel counts in full at the smallest ellipse that contains it, and in part at those that cut
   // it.
   struct Counts {
@@ -326,8 +326,8 @@ double radius_of_flux(const Plane& plane, const Ellipses& ellipses, double flux,
     for (int i = 1; i <= step_count; ++i) radii.push_back(low + (high - low) * i / step_count);
     const std::vector<ApertureSum> sums =
         aperture_sums(plane, ellipses, radii, background, threads);
-    const auto reached = std::find_if(sums.begin(), sums.end(),
-                                      [&](const ApertureSum& sum) { return sum.flux >= flux; });
+    const auto reached =
+        std::ranges::find_if(sums, [&](const ApertureSum& sum) { return sum.flux >= flux; });
     if (reached == sums.end()) return no_value;
     const auto step = static_cast<std::size_t>(reached - sums.begin());
     if (step > 0) {

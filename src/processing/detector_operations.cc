@@ -278,7 +278,7 @@ void set_common(FitsHeader& header, const std::string& key, const std::vector<do
                 const std::string& comment) {
   const int planes = static_cast<int>(values.size());
   for (int i = 0; i < planes; ++i) header.remove(fmt::format("{}{}", key, i + 1));
-  if (std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); })) {
+  if (std::ranges::all_of(values, [&](double v) { return v == values.front(); })) {
     header.set({key, values.front(), comment});
     return;
   }

@@ -49,8 +49,8 @@ void take_plane_cards(const FitsHdu& hdu, int plane, StackedPlane& out) {
     header.remove(key);
     for (int i = 1; i <= hdu.planes; ++i) header.remove(fmt::format("{}{}", key, i));
   }
-  const bool has_wavelength = std::any_of(out.cards.begin(), out.cards.end(),
-                                          [](const Card& card) { return card.key == "WAVELEN"; });
+  const bool has_wavelength =
+      std::ranges::any_of(out.cards, [](const Card& card) { return card.key == "WAVELEN"; });
   if (out.info.wavelength && !has_wavelength) {
     out.cards.push_back({"WAVELEN", *out.info.wavelength, "[Angstrom] wavelength"});
   }
@@ -104,7 +104,7 @@ std::vector<StackedPlane> chosen_planes(const OperationCall& call,
           "see gutil header",
           plane.file);
     }
-    std::stable_sort(planes.begin(), planes.end(), [](const auto& a, const auto& b) {
+    std::ranges::stable_sort(planes, [](const auto& a, const auto& b) {
       return *a.info.wavelength < *b.info.wavelength;
     });
   }
@@ -350,7 +350,7 @@ int edit_file(const OperationCall& call) {
       chosen_hdus(call.operation, input, call.parameters.text("hdu"));
   FitsOutput output({call.inputs.back(), call.overwrite});
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
-    if (std::find(chosen.begin(), chosen.end(), i) == chosen.end()) {
+    if (std::ranges::find(chosen, i) == chosen.end()) {
       output.copy(input, i);
       continue;
     }

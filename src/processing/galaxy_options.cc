@@ -176,7 +176,7 @@ DataTable printed_columns(const OperationCall& call, const DataTable& table,
   DataTable printed;
   printed.name = table.name;
   for (const DataColumn& column : table.columns) {
-    if (std::find(names.begin(), names.end(), column.name) != names.end()) {
+    if (std::ranges::find(names, column.name) != names.end()) {
       printed.columns.push_back(column);
     }
   }

@@ -36,8 +36,8 @@ std::optional<CardValue> unit_zero_point(const FitsHeader& header) {
   constexpr std::array<std::pair<std::string_view, double>, 4> units = {
       {{"nJy", 31.4}, {"uJy", 23.9}, {"mJy", 16.4}, {"Jy", 8.9}}};
   const std::string unit = header.text("BUNIT").value_or("");
-  const auto known = std::find_if(units.begin(), units.end(),
-                                  [&](const auto& entry) { return entry.first == unit; });
+  const auto known =
+      std::ranges::find_if(units, [&](const auto& entry) { return entry.first == unit; });
   if (known == units.end()) return std::nullopt;
   return CardValue{known->second, "BUNIT"};
 }

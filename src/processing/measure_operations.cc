@@ -25,7 +25,7 @@ namespace {
 /// "p5", "p99_9": FITS wants columns of letters, digits and underscores.
 std::string percentile_name(double percent) {
   std::string name = fmt::format("p{}", percent);
-  std::replace(name.begin(), name.end(), '.', '_');
+  std::ranges::replace(name, '.', '_');
   return name;
 }
 
@@ -81,7 +81,7 @@ int run_stats(const OperationCall& call) {
 
 void check_percentiles(const OperationCall& call) {
   std::vector<double> sorted = call.parameters.numbers("percentiles");
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
   if (twice != sorted.end()) {
     throw wrong(call, "--percentiles has {:g} twice; give each once", *twice);

@@ -40,7 +40,7 @@ void check_output(const OperationCall& call, const char* option,
   if (!call.parameters.has(option)) return;
   const std::filesystem::path path = call.parameters.text(option);
   const std::string context = fmt::format("--{} '{}'", option, path.string());
-  if (std::find(suffixes.begin(), suffixes.end(), path.extension().string()) == suffixes.end()) {
+  if (std::ranges::find(suffixes, path.extension().string()) == suffixes.end()) {
     throw wrong(call, "{}: expected a name that ends in {}", context, fmt::join(suffixes, " or "));
   }
   check_new_file(path, call.overwrite);

@@ -22,8 +22,8 @@ inline constexpr const char* measurement_group = "Measurement";
 template <class Value>
 void put(DataTable& table, const std::string& name, const Value& value,
          const std::string& unit = {}, const std::string& description = {}) {
-  auto column = std::find_if(table.columns.begin(), table.columns.end(),
-                             [&](const DataColumn& one) { return one.name == name; });
+  auto column =
+      std::ranges::find_if(table.columns, [&](const DataColumn& one) { return one.name == name; });
   if (column == table.columns.end()) {
     table.columns.push_back({name, unit, description, std::vector<Value>()});
     column = table.columns.end() - 1;

@@ -38,7 +38,7 @@ ParameterTable common_parameters(Operation::Result result) {
 /// The name with dashes: "axis_ratio" becomes "axis-ratio".
 std::string dashed(std::string_view parameter) {
   std::string name(parameter);
-  std::replace(name.begin(), name.end(), '_', '-');
+  std::ranges::replace(name, '_', '-');
   return name;
 }
 

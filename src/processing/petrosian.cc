@@ -60,7 +60,7 @@ double petrosian_radius(const Plane& plane, const Ellipses& ellipses, double lar
   const std::vector<double> radii = even_radii(first_radius, last, steps);
   const std::vector<double> eta = eta_at(plane, ellipses, radii, threads);
   const auto below = [](double value) { return value < petrosian_eta; };
-  const auto found = std::find_if(eta.begin(), eta.end(), below);
+  const auto found = std::ranges::find_if(eta, below);
   if (found == eta.end()) {
     throw input_error(
         "the Petrosian radius lies beyond the frame: at {:.4g} pixels from pixel ({:.6g}, {:.6g}), "

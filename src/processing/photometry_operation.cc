@@ -243,7 +243,7 @@ class Photometry {
   void measure() {
     const int threads = call_.threads;
     measure_background();
-    const auto largest = [&] { return *std::max_element(radii_.begin(), radii_.end()); };
+    const auto largest = [&] { return *std::ranges::max_element(radii_); };
     const auto set_radii = [&] {
       radii_ = parameters_.has("radius") ? parameters_.numbers("radius")
                                          : std::vector<double>{default_radius()};
@@ -259,11 +259,11 @@ class Photometry {
     const Statistics all = statistics(plane_, threads);
     image_flux_ = all.sum - background_.level * static_cast<double>(all.count);
     sums_ = aperture_sums(plane_, *ellipses_, radii_, background_.level, threads);
-    total_ = parameters_.has("total")
-                 ? parameters_.number("total")
-                 : sums_[static_cast<std::size_t>(std::max_element(radii_.begin(), radii_.end()) -
-                                                  radii_.begin())]
-                       .flux;
+    total_ =
+        parameters_.has("total")
+            ? parameters_.number("total")
+            : sums_[static_cast<std::size_t>(std::ranges::max_element(radii_) - radii_.begin())]
+                  .flux;
     half_light_radius_ =
         radius_of_flux(plane_, *ellipses_, total_ / 2, reach, background_.level, threads);
     moments_ = {no_value, no_value, no_value, no_value, no_value, no_value};

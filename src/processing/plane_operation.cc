@@ -66,11 +66,9 @@ std::vector<std::size_t> chosen_hdus(const std::string& operation, const FitsInp
 PlaneInfo plane_info(const FitsInput& input, const FitsHdu& hdu, int plane) {
   PlaneInfo info = plane_info(hdu.header, plane, hdu.planes);
   if (info.role == PlaneRole::light) return info;
-  const bool has_light =
-      std::any_of(input.hdus().begin(), input.hdus().end(), [](const FitsHdu& other) {
-        return other.is_image() &&
-               plane_info(other.header, 0, other.planes).role == PlaneRole::light;
-      });
+  const bool has_light = std::ranges::any_of(input.hdus(), [](const FitsHdu& other) {
+    return other.is_image() && plane_info(other.header, 0, other.planes).role == PlaneRole::light;
+  });
   if (!has_light) info.role = PlaneRole::light;
   return info;
 }
@@ -86,7 +84,7 @@ void drop_record(FitsHeader& header) {
 
 InputError variance_error(const OperationCall& call, const PlaneTask& task) {
   const FitsInput input(call.inputs.front());
-  const auto image = std::find_if(input.hdus().begin(), input.hdus().end(), [&](const auto& hdu) {
+  const auto image = std::ranges::find_if(input.hdus(), [&](const auto& hdu) {
     return hdu.is_image() && plane_info(input, hdu, 0).role == PlaneRole::light;
   });
   return wrong(call, "{} holds variances, which do not follow; take the image alone: \"{}[{}]\"",

@@ -57,8 +57,7 @@ std::optional<DiskFit> disk_of(const OperationCall& call, const std::vector<Isop
   } else {
     const auto holding = [&](double share) {
       const double flux = share * isophotes.back().flux;
-      return std::find_if(isophotes.begin(), isophotes.end(),
-                          [&](const Isophote& one) { return one.flux >= flux; })
+      return std::ranges::find_if(isophotes, [&](const Isophote& one) { return one.flux >= flux; })
           ->radius;
     };
     inner = holding(0.5) / 2;
@@ -198,9 +197,9 @@ std::vector<PlaneProfile> measured_profiles(const OperationCall& call,
 void draw_profiles(const OperationCall& call, const std::vector<PlaneProfile>& profiles) {
   std::vector<ProfileCurve> curves;
   const PlaneProfile& first = profiles.front();
-  const bool is_calibrated = std::all_of(
-      profiles.begin(), profiles.end(),
-      [](const PlaneProfile& one) { return std::isfinite(one.calibration.of_brightness); });
+  const bool is_calibrated = std::ranges::all_of(profiles, [](const PlaneProfile& one) {
+    return std::isfinite(one.calibration.of_brightness);
+  });
   for (const PlaneProfile& profile : profiles) {
     const double zero_point = is_calibrated ? profile.calibration.of_brightness : 0;
     ProfileCurve curve{profile.task.info.label, profile.isophotes, {}, profile.disk, zero_point};

@@ -269,8 +269,7 @@ Stamp read_stamp(const Plane& image, const std::string& label, bool keep_flux) {
   Stamp stamp{width, height, {}};
   stamp.values.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   image.read(image.whole(), stamp.values.data());
-  const auto bad = std::find_if(stamp.values.begin(), stamp.values.end(),
-                                [](double v) { return !std::isfinite(v); });
+  const auto bad = std::ranges::find_if(stamp.values, [](double v) { return !std::isfinite(v); });
   if (bad != stamp.values.end()) {
     const auto index = bad - stamp.values.begin();
     throw input_error("{}: pixel ({}, {}) of the PSF is {}; a PSF must be finite", label,

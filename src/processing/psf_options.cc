@@ -35,7 +35,7 @@ PsfOptions::PsfOptions(const OperationCall& call, InstrumentOption instrument)
   }
   const std::vector<std::string>& models = psf_models();
   const std::string& name = call.parameters.text("psf");
-  const auto model = std::find(models.begin(), models.end(), name);
+  const auto model = std::ranges::find(models, name);
   if (model == models.end()) {
     is_file_ = true;
     check_file_name(name);

@@ -116,7 +116,7 @@ void check_method_options(const OperationCall& call) {
   const std::string& method = call.parameters.text("method");
   for (const auto& [name, known] : methods) {
     if (!call.parameters.is_given(name)) continue;
-    if (std::find(known.begin(), known.end(), method) == known.end()) {
+    if (std::ranges::find(known, method) == known.end()) {
       throw input_error("gutil rgb: {} goes with --method {}, not {}", option_name(name),
                         fmt::join(known, " or "), method);
     }
@@ -255,8 +255,8 @@ int make_rgb(const OperationCall& call) {
   if (!is_auto && !wavelengths.empty()) {
     std::vector<std::size_t> order(planes.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](auto a, auto b) { return wavelengths[a] > wavelengths[b]; });
+    std::ranges::stable_sort(order,
+                             [&](auto a, auto b) { return wavelengths[a] > wavelengths[b]; });
     std::transform(order.begin(), order.end(), planes.begin(),
                    [&](std::size_t i) { return sources[i].plane; });
   }

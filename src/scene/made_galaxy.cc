@@ -61,7 +61,7 @@ double number(std::string_view word, const char* what, const Interval& interval)
 
 /// Name of an SED, fit for a TOML text.
 std::string sed_name(std::string_view word, const char* what) {
-  const bool fit = !word.empty() && std::none_of(word.begin(), word.end(), [](char c) {
+  const bool fit = !word.empty() && std::ranges::none_of(word, [](char c) {
     return c == '"' || c == '\\' || std::iscntrl(static_cast<unsigned char>(c)) != 0;
   });
   if (!fit) {

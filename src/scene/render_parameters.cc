@@ -158,7 +158,7 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
   names.emplace_back(galaxy_section);
   for (const auto& [name, node] : root.table()) {
     if (name == galaxy_section) continue;
-    const auto found = std::find(names.begin(), names.end(), name);
+    const auto found = std::ranges::find(names, name);
     if (found == names.end()) {
       const std::string what =
           node.is_table() ? fmt::format("unknown section [{}]", name)

@@ -76,7 +76,7 @@ void place(PlacedGalaxy& placed, const glm::dmat3& axes, const SceneRow& row) {
     }
   }
   placed.pole = axes[2];
-  placed.bounding_radius = placed.radius * *std::max_element(stretch.begin(), stretch.end());
+  placed.bounding_radius = placed.radius * *std::ranges::max_element(stretch);
 }
 
 /// Distorts a placed galaxy's image.

@@ -157,9 +157,8 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
   double rest = 0, observed = 0;
   const auto components = placed.galaxy->components();
   const bool is_absolute = row_.is_given(column::magnitude);
-  const bool has_light = std::any_of(components.begin(), components.end(), [](const auto& c) {
-    return std::as_const(*c).sed() != nullptr;
-  });
+  const bool has_light = std::ranges::any_of(
+      components, [](const auto& c) { return std::as_const(*c).sed() != nullptr; });
   // A galaxy of dust alone needs no magnitude.
   if (!has_light && !is_absolute && !row_.is_given(column::apparent_magnitude)) return 1;
   for (std::size_t c = 0; c < components.size(); ++c) {

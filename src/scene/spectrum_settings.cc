@@ -19,12 +19,12 @@ void check_planes(const ParameterSet& spectrum) {
     throw InputError(where,
                      "wavelengths is empty; give one wavelength (Angstrom) or more, or bands");
   }
-  std::sort(bands.begin(), bands.end());
+  std::ranges::sort(bands);
   const auto twice = std::adjacent_find(bands.begin(), bands.end());
   if (twice != bands.end()) {
     throw input_error(spectrum.where("bands"), "bands has {} twice", in_quotes(*twice));
   }
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const auto repeated = std::adjacent_find(sorted.begin(), sorted.end());
   if (repeated != sorted.end()) {
     throw input_error(where, "wavelengths has {} A twice", *repeated);

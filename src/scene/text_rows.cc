@@ -154,7 +154,7 @@ std::size_t split_line(const TextLine& line, Separator separator, const std::str
 
 std::size_t expected_rows(std::string_view text, std::size_t begin, std::size_t words) {
   const std::string_view rest = text.substr(begin);
-  const auto lines = static_cast<std::size_t>(std::count(rest.begin(), rest.end(), '\n')) + 1;
+  const auto lines = static_cast<std::size_t>(std::ranges::count(rest, '\n')) + 1;
   // A word and its separator take two bytes or more; an empty word and its comma take one.
   return std::min(lines, rest.size() / words + 1);
 }

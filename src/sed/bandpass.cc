@@ -85,7 +85,7 @@ double Bandpass::response(double wavelength) const {
 
 Sed::Range Bandpass::range() const {
   const auto is_positive = [](double value) { return value > 0; };
-  const auto first = std::find_if(response_.begin(), response_.end(), is_positive);
+  const auto first = std::ranges::find_if(response_, is_positive);
   const auto last = std::find_if(response_.rbegin(), response_.rend(), is_positive).base() - 1;
   const auto before = first == response_.begin() ? first : first - 1;
   const auto after = last + 1 == response_.end() ? last : last + 1;
@@ -105,11 +105,11 @@ std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std:
     }
   }
   if (table.kind == energy) {
-    const double largest = *std::max_element(table.values.begin(), table.values.end());
+    const double largest = *std::ranges::max_element(table.values);
     for (std::size_t i = 0; i < table.values.size(); ++i) {
       table.values[i] /= table.wavelengths[i];
     }
-    const double scale = largest / *std::max_element(table.values.begin(), table.values.end());
+    const double scale = largest / *std::ranges::max_element(table.values);
     for (double& value : table.values) value *= scale;
   }
   auto band = std::make_shared<const Bandpass>(name, std::move(table.wavelengths),

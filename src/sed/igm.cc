@@ -61,7 +61,7 @@ std::array<double, 10> madau95_kinks(double redshift) {
     *place++ = line.wavelength;
     *place++ = line.wavelength * (1 + redshift);
   }
-  std::sort(result.begin(), result.end());
+  std::ranges::sort(result);
   return result;
 }
 

@@ -159,7 +159,7 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
   TwoColumnFormat format{"flux", {}};
   for (const FluxKind& kind : flux_kinds) format.kinds.emplace_back(kind.name);
   TwoColumns table = parse_two_columns(text, label, format);
-  const int power = std::find_if(flux_kinds.begin(), flux_kinds.end(), [&](const FluxKind& kind) {
+  const int power = std::ranges::find_if(flux_kinds, [&](const FluxKind& kind) {
                       return kind.name == table.kind;
                     })->power;
 
@@ -188,7 +188,7 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
   }
   for (double& value : table.values) value /= reference;
   // The power is not positive, so this bounds the flux of the whole range.
-  const double bound = *std::max_element(table.values.begin(), table.values.end()) *
+  const double bound = *std::ranges::max_element(table.values) *
                        std::pow(table.wavelengths.front() / sed_reference_wavelength, power);
   if (!std::isfinite(bound)) {
     throw input_error(where,

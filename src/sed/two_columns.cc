@@ -228,7 +228,7 @@ TwoColumns parse_two_columns(std::string_view text, const std::string& label,
     throw input_error({label, std::max(line_number, 1), 1}, "{} row{} where at least 2 are needed",
                       rows.size(), rows.size() == 1 ? "" : "s");
   }
-  if (std::all_of(result.values.begin(), result.values.end(), [](double v) { return v == 0; })) {
+  if (std::ranges::all_of(result.values, [](double v) { return v == 0; })) {
     throw input_error(result.where.front(), "the {} is zero in all rows", format.key);
   }
   result.make_starts();

@@ -56,7 +56,7 @@ class Associations : public Layer {
       Layer::envelope(batch, envelope.data());
       std::copy_n(envelope.data(), batch.size, density.values.data() + first);
     }
-    const float most = *std::max_element(density.values.begin(), density.values.end());
+    const float most = *std::ranges::max_element(density.values);
     for (float& value : density.values) value = std::max(value, least_density * most);
     return density;
   }

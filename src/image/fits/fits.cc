@@ -189,7 +189,7 @@ class FitsWriter final : public ImageWriter {
   }
 
   void finish() override {
-    const auto missing = std::find(written_.begin(), written_.end(), false);
+    const auto missing = std::ranges::find(written_, false);
     if (missing != written_.end()) {
       throw run_error("{}: row {} was never written", options_.path.string(),
                       missing - written_.begin());
@@ -357,9 +357,9 @@ FitsImage read_fits(const std::filesystem::path& path) {
       if (first == nullptr) {
         first = &hdu;
         for (Card& card : read_cards(file)) {
-          const bool known = std::any_of(
-              result.cards.begin(), result.cards.end(),
-              [&](const Card& other) { return is_common_card(card.key) && other.key == card.key; });
+          const bool known = std::ranges::any_of(result.cards, [&](const Card& other) {
+            return is_common_card(card.key) && other.key == card.key;
+          });
           if (!known) result.cards.push_back(std::move(card));
         }
       } else if (hdu.width != first->width || hdu.height != first->height) {

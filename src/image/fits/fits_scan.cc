@@ -66,8 +66,7 @@ bool is_groups(std::string_view name) {
 
 /// Whether a card's value is a string of printing ASCII.
 bool is_string(std::string_view record) {
-  const bool is_text =
-      std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  const bool is_text = std::ranges::all_of(record, [](char c) { return c >= ' ' && c <= '~'; });
   if (!is_text || record.substr(keyword, 2) != "= ") return false;
   const std::string_view value = trimmed(record.substr(value_begin));
   return value.starts_with('\'') && value.find('\'', 1) != std::string_view::npos;
@@ -197,7 +196,7 @@ class Header {
 
   static bool is_type(long long bits) {
     constexpr std::array<long long, 6> types = {8, 16, 32, 64, -32, -64};
-    return std::find(types.begin(), types.end(), bits) != types.end();
+    return std::ranges::find(types, bits) != types.end();
   }
 
   void check_end() const {

@@ -298,7 +298,7 @@ class FitsInput::File {
 
   const RowBlock& row_block(const FitsHdu& hdu, int plane, int row) {
     constexpr std::size_t most_values = std::size_t{1} << 25, block_count = 32;
-    const auto found = std::find_if(blocks_.begin(), blocks_.end(), [&](const RowBlock& block) {
+    const auto found = std::ranges::find_if(blocks_, [&](const RowBlock& block) {
       return block.hdu == hdu.number && block.plane == plane && row >= block.first &&
              row < block.first + block.count;
     });

@@ -57,7 +57,7 @@ class FitsStampWriter final : public StampWriter {
   }
 
   void finish() override {
-    const auto missing = std::find(written_.begin(), written_.end(), false);
+    const auto missing = std::ranges::find(written_, false);
     if (missing != written_.end()) {
       throw run_error("{}: stamp {} was never written", options_.path.string(),
                       missing - written_.begin() + 1);

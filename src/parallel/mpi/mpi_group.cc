@@ -280,8 +280,8 @@ bool started_by_launcher() {
       "OMPI_COMM_WORLD_SIZE", "PMIX_RANK",   "PMI_RANK",    "PMI_SIZE",
       "MV2_COMM_WORLD_SIZE",  "ALPS_APP_PE", "PALS_RANKID",
   };
-  return std::any_of(variables.begin(), variables.end(),
-                     [](const char* name) { return std::getenv(name) != nullptr; });
+  return std::ranges::any_of(variables,
+                             [](const char* name) { return std::getenv(name) != nullptr; });
 }
 
 }  // namespace

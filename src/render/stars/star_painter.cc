@@ -62,7 +62,7 @@ class TileSpace {
   /// False only if no part of the cube around a place of the ball lies between the planes.
   bool may_show(const double place[3], double half) const {
     if (!planes_) return true;
-    return std::all_of(planes_->begin(), planes_->end(), [&](const Plane& plane) {
+    return std::ranges::all_of(*planes_, [&](const Plane& plane) {
       const double inside = plane.inward.x * place[0] + plane.inward.y * place[1] +
                             plane.inward.z * place[2] + plane.offset;
       return inside >= -half * plane.size;
@@ -214,7 +214,7 @@ StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camer
   }
   order_.resize(looks_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});
-  std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(order_, [&](std::size_t a, std::size_t b) {
     return medium_.rank(fields_->fields()[a].galaxy) < medium_.rank(fields_->fields()[b].galaxy);
   });
 }
@@ -242,8 +242,8 @@ void StarPainter::paint(const Tile& tile, double margin,
   std::vector<int> dusty;
   for (const int g : near.galaxies) {
     const auto components = scene_->galaxies[static_cast<std::size_t>(g)].galaxy->components();
-    if (std::any_of(components.begin(), components.end(),
-                    [](const auto& component) { return component->absorbs(); })) {
+    if (std::ranges::any_of(components,
+                            [](const auto& component) { return component->absorbs(); })) {
       dusty.push_back(g);
     }
   }
@@ -251,8 +251,8 @@ void StarPainter::paint(const Tile& tile, double margin,
   batch.detail = detail;
   for (const std::size_t number : order_) {
     const StarFields::Field& field = fields_->fields()[number];
-    if (std::isinf(field.limit) || std::find(near.galaxies.begin(), near.galaxies.end(),
-                                             field.galaxy) == near.galaxies.end()) {
+    if (std::isinf(field.limit) ||
+        std::ranges::find(near.galaxies, field.galaxy) == near.galaxies.end()) {
       continue;
     }
     paint_field(number, tile, margin, *rays, dusty, batch, take, counts);
@@ -450,12 +450,11 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
     batch.segments.push_back(static_cast<std::int32_t>(r));
   }
   // This order keeps lines of one component together, in full batches.
-  std::stable_sort(
-      batch.segments.begin(), batch.segments.end(), [&](std::int32_t a, std::int32_t b) {
-        const Batch::Line &one = batch.lines[static_cast<std::size_t>(a)],
-                          &other = batch.lines[static_cast<std::size_t>(b)];
-        return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
-      });
+  std::ranges::stable_sort(batch.segments, [&](std::int32_t a, std::int32_t b) {
+    const Batch::Line &one = batch.lines[static_cast<std::size_t>(a)],
+                      &other = batch.lines[static_cast<std::size_t>(b)];
+    return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
+  });
   add_nodes(batch, true, counts);
   while (true) {
     // A star's visible light may change by star_error of itself when every second node is left out,
