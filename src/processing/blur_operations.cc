@@ -99,8 +99,8 @@ int run_psf(const OperationCall& call) {
   const ParameterSet& parameters = call.parameters;
   const bool has_scale = parameters.has("pixel_scale");
   if (options.needs_scale() && !has_scale) {
-    options.fail(fmt::format("{} needs --pixel-scale",
-                             parameters.has("diameter") ? "--diameter" : "--unit arcsec"));
+    options.fail("{} needs --pixel-scale",
+                 parameters.has("diameter") ? "--diameter" : "--unit arcsec");
   }
   if (parameters.has("diameter") && !parameters.has("wavelength")) {
     options.fail("--diameter needs --wavelength");

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -369,7 +368,6 @@ int run_noise(const OperationCall& call) {
 }
 
 ParameterTable noise_parameters() {
-  constexpr double positive_infinity = std::numeric_limits<double>::infinity();
   constexpr double most_exposures = 1e6;
   const auto list = [](const char* name, const char* unit, const Interval& interval,
                        const char* description) {

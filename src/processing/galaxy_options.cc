@@ -13,6 +13,7 @@
 #include "gamer/core/capitals.h"
 #include "gamer/core/units.h"
 #include "processing/aperture.h"
+#include "processing/measurement_table.h"
 
 namespace gamer {
 namespace {
@@ -84,7 +85,7 @@ ParameterTable galaxy_parameters() {
                          "ra,dec, instead of --center"),
       Parameter::number("sky", "unit of the pixels", Interval::any(), 0.0,
                         "sky to subtract from each pixel"),
-      Parameter::vector2("annulus", "pixels", not_negative, std::nullopt,
+      Parameter::vector2("annulus", "pixels", Interval::at_least(0), std::nullopt,
                          "inner,outer radius; subtract the mean within 3 sigma there, instead of "
                          "--sky"),
   };

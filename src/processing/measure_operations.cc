@@ -244,7 +244,7 @@ Operation spectrum_operation() {
           Parameter::number(
               "psf_fwhm", "pixel", Interval::at_least(0), 0.0,
               "divide by the squared transfer function of a Gaussian of this FWHM (after --white)"),
-          Parameter::vector2("range", "", Interval::right_open(1, positive.high), std::nullopt,
+          Parameter::vector2("range", "", Interval::at_least(1), std::nullopt,
                              "k1,k2 of the fit (default: 4,N/4)"),
           Parameter::integer("bins", "", Interval::closed(3, 1000), 12, "of the fit"),
           Parameter::text("plot", std::nullopt, "write a plot: .png"),

@@ -182,8 +182,8 @@ StampSource StampFile::source(const PsfOptions& options, int index, int planes,
   }
   const std::size_t count = planes_.size();
   if (count != 1 && count != static_cast<std::size_t>(planes)) {
-    options.fail(fmt::format("the PSF {} has {} planes, {} has {}; one, or one for each is needed",
-                             name_, count, label, planes));
+    options.fail("the PSF {} has {} planes, {} has {}; one, or one for each is needed", name_,
+                 count, label, planes);
   }
   const auto& [plane, plane_label] = planes_[count == 1 ? 0 : static_cast<std::size_t>(index)];
   const auto make = [plane = plane, name = plane_label, keep_flux = keep_flux_] {

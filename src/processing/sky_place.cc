@@ -8,6 +8,7 @@
 #include "core/sexagesimal.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
+#include "processing/plane_operation.h"
 
 namespace gamer {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "galaxy/calibration/seen_textures.h"
 #include "gamer/core/parallel_for.h"
+#include "gamer/galaxy/calibration/dust_variants.h"
 
 namespace gamer {
 namespace {

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "galaxy/arm_courses.h"
 #include "galaxy/kinds/ray_cuts.h"
 #include "gamer/galaxy/kinds/layer.h"
 #include "gamer/noise/footprint.h"
