@@ -50,7 +50,7 @@ struct Workload {
   std::string name;
   int width = 0, height = 0, planes = 0;
   double reading = 0;     ///< seconds, of rank 0 and then of the others
-  double measuring = 0;   ///< core seconds, shared by all ranks: textures, and probes of rows
+  double measuring = 0;   ///< core seconds, shared by all ranks: textures, and costs of rows
   std::size_t parts = 0;  ///< in which what is seen of textures is measured
   std::vector<double> estimated, measured;  ///< of each row; microseconds, seconds
 };

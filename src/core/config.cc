@@ -1,11 +1,11 @@
 #include "gamer/core/config.h"
 
-#include <fmt/format.h>
 #include <toml++/toml.h>
 
 #include <algorithm>
 #include <tuple>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/near.h"
 
@@ -34,7 +34,7 @@ ConfigNode convert(const toml::node& node, const Places& places, int depth) {
   result.where = places(node.source());
   result.key_where = result.where;
   if (depth > max_depth) {
-    throw InputError(result.where, fmt::format("nested deeper than {} levels", max_depth));
+    throw input_error(result.where, "nested deeper than {} levels", max_depth);
   }
   switch (node.type()) {
     case toml::node_type::boolean:
@@ -61,7 +61,7 @@ ConfigNode convert(const toml::node& node, const Places& places, int depth) {
       // toml++ sorts by name.
       std::vector<std::pair<const toml::key*, const toml::node*>> members;
       for (const auto& [key, value] : *node.as_table()) members.emplace_back(&key, &value);
-      std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) {
+      std::ranges::stable_sort(members, [](const auto& a, const auto& b) {
         const auto& p = a.first->source().begin;
         const auto& q = b.first->source().begin;
         return std::tie(p.line, p.column) < std::tie(q.line, q.column);
@@ -274,7 +274,7 @@ bool is_bare_key(std::string_view key) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
            c == '-';
   };
-  return !key.empty() && std::all_of(key.begin(), key.end(), is_bare);
+  return !key.empty() && std::ranges::all_of(key, is_bare);
 }
 
 ConfigNode parse_toml(std::string_view text, const std::string& file) {
@@ -289,9 +289,9 @@ void set_from_text(ConfigNode& root, std::string_view assignment, std::string_vi
   const auto equals = assignment.find('=');
   const std::string_view key = trim(assignment.substr(0, equals));
   const std::vector<std::string> parts = split_key(key);
-  if (equals == std::string_view::npos || !std::all_of(parts.begin(), parts.end(), is_bare_key)) {
-    throw InputError({std::string(trim(origin)), 0, 0},
-                     fmt::format("{} is not of the form section.key=value", in_quotes(assignment)));
+  if (equals == std::string_view::npos || !std::ranges::all_of(parts, is_bare_key)) {
+    throw input_error({std::string(trim(origin)), 0, 0}, "{} is not of the form section.key=value",
+                      in_quotes(assignment));
   }
   const Places places{fmt::format("{}{}", origin, key), true};
   const SourceLocation where{places.file, 0, 0};
@@ -304,8 +304,7 @@ void set_from_text(ConfigNode& root, std::string_view assignment, std::string_vi
   ConfigNode* node = &root;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (!node->is_table()) {
-      throw InputError(where,
-                       fmt::format("'{}' is {}, not a table", parts[i - 1], node->type_name()));
+      throw input_error(where, "'{}' is {}, not a table", parts[i - 1], node->type_name());
     }
     ConfigNode* member = find_member(*node, parts[i]);
     if (member == nullptr) {
@@ -322,11 +321,10 @@ std::vector<std::string> assignments(const ConfigNode& root) {
   std::vector<std::string> result;
   for (const auto& [key, member] : root.table()) {
     if (!is_bare_key(key)) {
-      throw InputError(
+      throw input_error(
           member.key_where,
-          fmt::format("the key {} must be of letters, digits, _ and -; write _ for other "
-                      "characters of a name",
-                      in_quotes(key)));
+          "the key {} must be of letters, digits, _ and -; write _ for other characters of a name",
+          in_quotes(key));
     }
     if (!member.is_table()) {
       result.push_back(fmt::format("{}={}", key, value_of(member)));

@@ -95,8 +95,8 @@ std::string did_you_mean(std::string_view name, std::span<const std::string> kno
     const auto [shorter, longer] = std::minmax({asked.size(), candidate.size()});
     if (longer - shorter > limit) continue;
     const std::size_t d = distance(asked, lower(candidate));
-    const bool is_new = std::none_of(near.begin(), near.end(),
-                                     [&](const auto& n) { return n.second == candidate; });
+    const bool is_new =
+        std::ranges::none_of(near, [&](const auto& n) { return n.second == candidate; });
     if (d <= limit && d < longer && is_new) near.emplace_back(d, candidate);
   }
   for (const auto& synonym : synonyms) {
@@ -108,8 +108,7 @@ std::string did_you_mean(std::string_view name, std::span<const std::string> kno
     }
   }
   if (near.empty()) return "";
-  std::stable_sort(near.begin(), near.end(),
-                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::ranges::stable_sort(near, [](const auto& a, const auto& b) { return a.first < b.first; });
   near.resize(std::min(near.size(), max_names));
   std::string result = "; did you mean ";
   for (std::size_t i = 0; i < near.size(); ++i) {

@@ -6,7 +6,6 @@
 #include <exception>
 #include <limits>
 #include <mutex>
-#include <optional>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -122,7 +121,7 @@ class Team {
         --waiting_;
       }
     }
-    open_.erase(std::find(open_.begin(), open_.end(), &loop));
+    open_.erase(std::ranges::find(open_, &loop));
   }
 
  private:

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -152,7 +151,7 @@ class Reader {
 
   std::string choice(const ConfigNode& node, const std::string& value) const {
     const auto& choices = parameter_.choices;
-    if (std::find(choices.begin(), choices.end(), value) == choices.end()) {
+    if (std::ranges::find(choices, value) == choices.end()) {
       fail(node, fmt::format("{} = {} is none of {}{}", parameter_.name, in_quotes(value),
                              quoted_choices(choices, ", "), did_you_mean(value, choices)));
     }
@@ -466,7 +465,7 @@ ParameterSet ParameterSet::read(const ParameterTable& table, const ConfigNode& n
   ParameterSet result(table);
   result.context_ = context;
   for (const auto& [key, member] : node.table()) {
-    if (std::find(skip.begin(), skip.end(), key) != skip.end()) continue;
+    if (std::ranges::find(skip, key) != skip.end()) continue;
     const auto declared = std::ranges::find(table, key, &Parameter::name);
     if (declared == table.end()) {
       std::vector<std::string> known = names_of(table);
@@ -480,7 +479,7 @@ ParameterSet ParameterSet::read(const ParameterTable& table, const ConfigNode& n
     entry = {Reader(*declared, context).read(member), true, member.where};
   }
   for (const Parameter& parameter : table) {
-    const bool is_skipped = std::find(skip.begin(), skip.end(), parameter.name) != skip.end();
+    const bool is_skipped = std::ranges::find(skip, parameter.name) != skip.end();
     if (parameter.required && !is_skipped && !result.is_given(parameter.name)) {
       const std::string place = known_where.empty() ? "" : " " + known_where;
       throw InputError(node.where,

@@ -1,7 +1,5 @@
 #include "gamer/core/resources.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <fstream>
@@ -9,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 
@@ -30,32 +29,32 @@ std::string read_file(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (status.type() == fs::file_type::not_found) {
-    throw InputError(fmt::format("there is no file {}", label));
+    throw input_error("there is no file {}", label);
   }
-  if (fs::is_directory(status)) throw InputError(fmt::format("{} is a directory", label));
+  if (fs::is_directory(status)) throw input_error("{} is a directory", label);
   // A pipe or device could block or never end.
   if (status.type() != fs::file_type::none && !fs::is_regular_file(status)) {
-    throw InputError(fmt::format("{} is not a regular file", label));
+    throw input_error("{} is not a regular file", label);
   }
   std::ifstream stream(path, std::ios::binary);
   const std::uintmax_t size = fs::file_size(path, error);
-  if (!stream || error) throw InputError(fmt::format("cannot read {}", label));
+  if (!stream || error) throw input_error("cannot read {}", label);
   if (size > max_text_bytes) {
-    throw InputError(fmt::format("{} is larger than {} MiB", label, max_text_bytes >> 20));
+    throw input_error("{} is larger than {} MiB", label, max_text_bytes >> 20);
   }
   std::string content(static_cast<std::size_t>(size), '\0');
   stream.read(content.data(), static_cast<std::streamsize>(size));
   if (stream.gcount() != static_cast<std::streamsize>(size)) {
-    throw InputError(fmt::format("cannot read {}", label));
+    throw input_error("cannot read {}", label);
   }
   if (content.find('\0') != std::string::npos) {
-    throw InputError(fmt::format("{} has NUL bytes; it is not a text file", label));
+    throw input_error("{} has NUL bytes; it is not a text file", label);
   }
   return content;
 }
 
 bool has_suffix(std::string_view name, std::span<const std::string> suffixes) {
-  return std::any_of(suffixes.begin(), suffixes.end(), [&](const std::string& suffix) {
+  return std::ranges::any_of(suffixes, [&](const std::string& suffix) {
     return name.size() > suffix.size() && name.ends_with(suffix);
   });
 }
@@ -130,7 +129,7 @@ const Resources::Text& Resources::find(const std::string& kind, const std::strin
 const Resources::Text& Resources::search(const std::string& kind, const std::string& name,
                                          const std::string& beside,
                                          std::span<const std::string> suffixes) {
-  if (name.empty()) throw InputError(fmt::format("the {}'s name is empty", noun(kind)));
+  if (name.empty()) throw input_error("the {}'s name is empty", noun(kind));
   const fs::path folder = fs::path(beside).parent_path();
 
   const auto recorded_or_read = [&](const std::string& key, const fs::path& path) -> const Text* {
@@ -144,9 +143,9 @@ const Resources::Text& Resources::search(const std::string& kind, const std::str
     if (const Text* text = recorded_or_read(path_key(kind, path), path)) return *text;
   }
   if (name.find('/') != std::string::npos) {
-    throw InputError(fmt::format("there is no file {} for {} {}",
-                                 in_quotes((folder / name).lexically_normal().generic_string()),
-                                 noun(kind), in_quotes(name)));
+    throw input_error("there is no file {} for {} {}",
+                      in_quotes((folder / name).lexically_normal().generic_string()), noun(kind),
+                      in_quotes(name));
   }
   const std::string key = kind + "/" + name;
   if (const Text* text = recorded_or_read(key, {})) return *text;
@@ -171,12 +170,12 @@ const Resources::Text& Resources::search(const std::string& kind, const std::str
     hint = fmt::format("; there is no {} in {}", fmt::join(file_names(name, suffixes), ", "),
                        fmt::join(places, ", "));
   }
-  throw InputError(fmt::format("unknown {} {}{}", noun(kind), in_quotes(name), hint));
+  throw input_error("unknown {} {}{}", noun(kind), in_quotes(name), hint);
 }
 
 const Resources::Text& Resources::read(const std::string& name, const fs::path& path) {
   if (const auto known = texts_.find(name); known != texts_.end()) return known->second;
-  if (!disk_) throw InputError(fmt::format("the record holds no {}", in_quotes(name)));
+  if (!disk_) throw input_error("the record holds no {}", in_quotes(name));
   add_file(path);
   return add({name, path.generic_string(), read_file(path)});
 }

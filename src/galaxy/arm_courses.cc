@@ -2,15 +2,13 @@
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "galaxy/arm_courses.cc"
+#include "core/message.h"
 #include "hwy/foreach_target.h"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
-#include <vector>
 
 #include "galaxy/arm_courses-inl.h"
 #include "gamer/core/error.h"
@@ -264,8 +262,8 @@ std::int64_t ArmCourses::trunks(const ConfigNode& list) {
 bool ArmCourses::are_asked_for(const ParameterSet& common, const ConfigNode* list) {
   if (list != nullptr) return true;
   const ParameterTable table = common_table();
-  return std::any_of(table.begin(), table.end(),
-                     [&](const Parameter& one) { return common.is_given(one.name); });
+  return std::ranges::any_of(table,
+                             [&](const Parameter& one) { return common.is_given(one.name); });
 }
 
 namespace {
@@ -292,9 +290,9 @@ std::vector<ParameterSet> read_arms(const ConfigNode& list) {
     const std::size_t segments = own.has("pitch_angles") ? own.numbers("pitch_angles").size() : 0;
     const auto kinks = own.has("kinks") ? own.numbers("kinks") : std::vector<double>();
     if (kinks.size() + 1 != std::max<std::size_t>(segments, 1)) {
-      throw InputError(own.where(own.has("kinks") ? "kinks" : "pitch_angles"),
-                       fmt::format("{}{} pitch_angles need {} kinks between them, not {}", context,
-                                   segments, std::max<std::size_t>(segments, 1) - 1, kinks.size()));
+      throw input_error(own.where(own.has("kinks") ? "kinks" : "pitch_angles"),
+                        "{}{} pitch_angles need {} kinks between them, not {}", context, segments,
+                        std::max<std::size_t>(segments, 1) - 1, kinks.size());
     }
     if (!std::is_sorted(kinks.begin(), kinks.end())) {
       throw InputError(own.where("kinks"), context + "'kinks' must increase");
@@ -313,8 +311,8 @@ ArmCourses::ArmCourses(const ArmPattern& pattern, const ParameterSet& common,
   } else {
     arms.assign(static_cast<std::size_t>(pattern.count()), ParameterSet(arm_table()));
   }
-  trunks_ = static_cast<int>(std::count_if(
-      arms.begin(), arms.end(), [](const ParameterSet& one) { return !one.has("leaves"); }));
+  trunks_ = static_cast<int>(
+      std::ranges::count_if(arms, [](const ParameterSet& one) { return !one.has("leaves"); }));
   table_.resize(arms.size() * arm_size);
   // Trunks stand before branches in the tables.
   std::vector<std::size_t> places;

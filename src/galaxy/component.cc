@@ -1,12 +1,10 @@
 #include "gamer/galaxy/component.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
 #include <numbers>
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/near.h"
 #include "gamer/core/random.h"
 #include "gamer/galaxy/galaxy.h"
@@ -172,10 +170,10 @@ void ComponentReader::read_light(Component& component, const ParameterSet& value
   }
   component.amplitude_ = values.has("intensity") ? values.number("intensity") : 1.0;
   if (component.amplitude_ > 0 && component.amplitude_ < smallest_intensity) {
-    throw InputError(values.where("intensity"),
-                     fmt::format("{}intensity = {} is too small for single precision; give 0 or at "
-                                 "least {}, all intensities in a smaller unit",
-                                 context, component.amplitude_, smallest_intensity));
+    throw input_error(values.where("intensity"),
+                      "{}intensity = {} is too small for single precision; give 0 or at least {}, "
+                      "all intensities in a smaller unit",
+                      context, component.amplitude_, smallest_intensity);
   }
   if (values.has("fraction")) component.fraction_ = values.number("fraction");
   if (settings.sed != nullptr) {

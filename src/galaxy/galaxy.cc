@@ -1,12 +1,11 @@
 #include "gamer/galaxy/galaxy.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
+#include "core/message.h"
 #include "galaxy/galaxy_overrides.h"
 #include "galaxy/shape_text.h"
 #include "gamer/core/near.h"
@@ -27,7 +26,7 @@ constexpr std::uint64_t reference_seed = 0x7265666572656e63;
 void check_sections(const ConfigNode& root) {
   static const std::vector<std::string> sections = {"galaxy", "arms", "arm", "component"};
   for (const auto& [key, node] : root.table()) {
-    if (std::find(sections.begin(), sections.end(), key) == sections.end()) {
+    if (std::ranges::find(sections, key) == sections.end()) {
       throw InputError(node.key_where,
                        "unknown section '" + key + "' in a galaxy" + did_you_mean(key, sections));
     }
@@ -157,14 +156,14 @@ void Galaxy::show_alone(const std::string& name, const SourceLocation& where) {
     if (!component->absorbs()) known.push_back(component->name());
   }
   if (shown == nullptr) {
-    throw InputError(
-        where, fmt::format("the galaxy has no component {}{}; its light is in '{}'",
-                           in_quotes(name), did_you_mean(name, known), fmt::join(known, "', '")));
+    throw input_error(where, "the galaxy has no component {}{}; its light is in '{}'",
+                      in_quotes(name), did_you_mean(name, known), fmt::join(known, "', '"));
   }
   if (shown->absorbs()) {
-    throw InputError(where, fmt::format("{} is dust, which emits no light to be seen alone; "
-                                        "truth.optical_depth makes an image of it",
-                                        in_quotes(name)));
+    throw input_error(where,
+                      "{} is dust, which emits no light to be seen alone; truth.optical_depth "
+                      "makes an image of it",
+                      in_quotes(name));
   }
   for (std::size_t c = 0; c < components_.size(); ++c) luminosities_.push_back(luminosity(c));
   for (const auto& component : components_) {
@@ -221,8 +220,7 @@ void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
     if (!components_[c]->follows().empty()) {
       followed_[c] = position(components_[c]->follows());
       const auto followed = static_cast<std::size_t>(followed_[c]);
-      if (std::find(followed_components_.begin(), followed_components_.end(), followed) ==
-          followed_components_.end()) {
+      if (std::ranges::find(followed_components_, followed) == followed_components_.end()) {
         followed_components_.push_back(followed);
       }
     }

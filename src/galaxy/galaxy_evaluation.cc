@@ -370,7 +370,7 @@ void Galaxy::Evaluation::follow() {
 
 const BatchArray* Galaxy::Evaluation::followed_phi(std::size_t c) const {
   const std::vector<std::size_t>& followed = galaxy_.followed_components_;
-  const auto place = std::find(followed.begin(), followed.end(), c);
+  const auto place = std::ranges::find(followed, c);
   return place != followed.end()
              ? &followed_phi_[static_cast<std::size_t>(place - followed.begin())]
              : nullptr;

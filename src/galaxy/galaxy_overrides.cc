@@ -1,11 +1,9 @@
 #include "galaxy/galaxy_overrides.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <string>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/near.h"
 
 namespace gamer {
@@ -59,8 +57,8 @@ class NamedComponents {
     known.insert(known.end(), names_.begin(), names_.end());
     std::string listed;
     for (const std::string& one : known) listed += (listed.empty() ? "'" : ", '") + one + "'";
-    throw InputError(where, fmt::format("the galaxy has no component {}{}; it has {}",
-                                        in_quotes(name), did_you_mean(name, known), listed));
+    throw input_error(where, "the galaxy has no component {}{}; it has {}", in_quotes(name),
+                      did_you_mean(name, known), listed);
   }
 
  private:

@@ -174,7 +174,7 @@ bool SpiralCoordinates::fits(const ArmPattern& arms) {
     const double away = offset - arms.offsets().front();
     angles.push_back(away - turn * std::floor((away + offset_tolerance) / turn));
   }
-  std::sort(angles.begin(), angles.end());
+  std::ranges::sort(angles);
   for (std::size_t i = 0; i < angles.size(); ++i) {
     if (std::abs(angles[i] - spacing * static_cast<double>(i)) > offset_tolerance) return false;
   }
@@ -193,7 +193,7 @@ SpiralCoordinates::SpiralCoordinates(const ArmPattern& arms, double shift) {
     tangents[static_cast<std::size_t>(k)] =
         std::min(1 / std::abs(slope_of(arms, r)), steepest_tangent);
   }
-  std::sort(tangents.begin(), tangents.end());
+  std::ranges::sort(tangents);
   tangent_ = tangents[reference_samples / 2];
   cycle_ = count_ / tangent_;
   const double first = arms.offsets().front() + shift;

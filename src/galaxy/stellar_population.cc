@@ -1,13 +1,12 @@
 #include "gamer/galaxy/stellar_population.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <optional>
 #include <string_view>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/near.h"
 
@@ -190,7 +189,7 @@ void StellarPopulation::read_table(const ParameterSet& values, const std::string
   const SourceLocation named = values.where("luminosity_function");
   const auto refuse = [&](const char* key, const std::string& reason) {
     if (!values.is_given(key)) return;
-    throw InputError(values.where(key), fmt::format("{}'{}' {}", context, key, reason));
+    throw input_error(values.where(key), "{}'{}' {}", context, key, reason);
   };
   for (const char* key : {"luminosity_low", "luminosity_high", "luminosity_slope"}) {
     refuse(key, "belongs to luminosity_function = \"powerlaw\"");

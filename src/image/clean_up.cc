@@ -10,7 +10,6 @@
 #include <ctime>
 #include <list>
 #include <mutex>
-#include <string>
 #include <utility>
 
 #include "gamer/core/utc_time.h"

@@ -1,14 +1,13 @@
 #include "image/healpix_writer.h"
 
 #include <chealpix.h>
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
@@ -65,10 +64,10 @@ class HealpixWriter final : public ImageWriter {
   }
 
   void finish() override {
-    const auto missing = std::find(written_.begin(), written_.end(), false);
+    const auto missing = std::ranges::find(written_, false);
     if (missing != written_.end()) {
-      throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
-                                 missing - written_.begin()));
+      throw run_error("{}: row {} was never written", options_.path.string(),
+                      missing - written_.begin());
     }
     const std::vector<Card> common = common_cards(header_.cards);
     file_.call(fits_create_img, BYTE_IMG, 0, nullptr);

@@ -1,14 +1,13 @@
 #include "gamer/image/image_writer.h"
 
-#include <fmt/format.h>
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <array>
 #include <set>
 #include <system_error>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/new_file.h"
@@ -126,7 +125,7 @@ std::vector<std::filesystem::path> output_files(const OutputOptions& options,
 namespace {
 
 [[noreturn]] void refuse(const OutputOptions& options, const std::string& reason) {
-  throw InputError(fmt::format("output '{}': {}", options.path.string(), reason));
+  throw input_error("output '{}': {}", options.path.string(), reason);
 }
 
 /// Labels become parts of file names or names of HDUs.

@@ -1,10 +1,8 @@
 #include "gamer/image/instrument.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <cmath>
-
+#include "core/message.h"
 #include "gamer/core/config.h"
 #include "gamer/core/near.h"
 
@@ -12,9 +10,6 @@ namespace gamer {
 namespace {
 
 constexpr double most_exposures = 1e6;
-
-Interval positive() { return Interval::open(0, HUGE_VAL); }
-Interval not_negative() { return Interval::right_open(0, HUGE_VAL); }
 
 std::optional<double> optional_number(const ParameterSet& values, std::string_view key) {
   if (!values.has(key)) return std::nullopt;
@@ -27,17 +22,18 @@ ParameterTable Instrument::table() {
   return {
       required(Parameter::text("name", std::nullopt, "name of the telescope and the camera")),
       Parameter::text("description", "", "one line"),
-      required(Parameter::number("pixel_scale", "arcsec", positive(), std::nullopt,
+      required(Parameter::number("pixel_scale", "arcsec", Interval::positive(), std::nullopt,
                                  "side of a pixel on the sky")),
-      required(Parameter::number("exposure", "s", positive(), std::nullopt,
+      required(Parameter::number("exposure", "s", Interval::positive(), std::nullopt,
                                  "usual exposure time, of all exposures together")),
       Parameter::integer("exposures", "", Interval::closed(1, most_exposures), 1,
                          "exposures that are added up"),
-      required(Parameter::number("read_noise", "electron", not_negative(), std::nullopt,
+      required(Parameter::number("read_noise", "electron", Interval::at_least(0), std::nullopt,
                                  "rms of a pixel, of one exposure")),
-      Parameter::number("dark", "electron/s", not_negative(), 0.0, "dark current of a pixel"),
-      Parameter::number("gain", "electron/ADU", positive(), 1.0, "electrons of 1 ADU"),
-      Parameter::number("full_well", "electron", positive(), std::nullopt,
+      Parameter::number("dark", "electron/s", Interval::at_least(0), 0.0,
+                        "dark current of a pixel"),
+      Parameter::number("gain", "electron/ADU", Interval::positive(), 1.0, "electrons of 1 ADU"),
+      Parameter::number("full_well", "electron", Interval::positive(), std::nullopt,
                         "most electrons of a pixel, of one exposure"),
       Parameter::choice("psf", {"gaussian", "moffat"}, "gaussian", "profile of the PSF"),
       Parameter::number("beta", "", Interval::left_open(1, 100), 3.0,
@@ -52,8 +48,8 @@ ParameterTable Instrument::band_table() {
                                  "AB magnitude that gives 1 electron/s")),
       Parameter::number("sky", "mag/arcsec^2", Interval::any(), std::nullopt,
                         "usual AB surface brightness of the sky"),
-      required(
-          Parameter::number("fwhm", "arcsec", positive(), std::nullopt, "usual FWHM of the PSF")),
+      required(Parameter::number("fwhm", "arcsec", Interval::positive(), std::nullopt,
+                                 "usual FWHM of the PSF")),
   };
 }
 
@@ -62,8 +58,8 @@ Instrument Instrument::parse(std::string_view text, const std::string& label) {
   const std::vector<std::string> sections = {"instrument", "band"};
   for (const auto& [key, node] : root.table()) {
     if (key == sections[0] || key == sections[1]) continue;
-    throw InputError(node.key_where, fmt::format("unknown section {} in an instrument{}",
-                                                 in_quotes(key), did_you_mean(key, sections)));
+    throw input_error(node.key_where, "unknown section {} in an instrument{}", in_quotes(key),
+                      did_you_mean(key, sections));
   }
   const ConfigNode* section = root.find("instrument");
   const ConfigNode* list = root.find("band");
@@ -88,8 +84,7 @@ Instrument Instrument::parse(std::string_view text, const std::string& label) {
     const ParameterSet band = ParameterSet::read(band_table(), node, "", "in [[band]]");
     const Band made{band.number("zero_point"), optional_number(band, "sky"), band.number("fwhm")};
     if (!result.bands.emplace(band.text("name"), made).second) {
-      throw InputError(band.where("name"),
-                       fmt::format("band '{}' stands twice", band.text("name")));
+      throw input_error(band.where("name"), "band '{}' stands twice", band.text("name"));
     }
   }
   return result;
@@ -100,8 +95,8 @@ const Instrument::Band& Instrument::band(const std::string& band_name) const {
   if (found != bands.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [own, band] : bands) known.push_back(own);
-  throw InputError(fmt::format("{} has no band {}; it has {}{}", name, in_quotes(band_name),
-                               fmt::join(known, ", "), did_you_mean(band_name, known)));
+  throw input_error("{} has no band {}; it has {}{}", name, in_quotes(band_name),
+                    fmt::join(known, ", "), did_you_mean(band_name, known));
 }
 
 const std::vector<std::string>& instrument_suffixes() {

@@ -1,10 +1,9 @@
 #include "gamer/image/new_file.h"
 
-#include <fmt/format.h>
-
 #include <string>
 #include <system_error>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "image/private_folder.h"
 #include "image/standard_stream.h"
@@ -20,7 +19,7 @@ void check_new_file(const std::filesystem::path& path, bool overwrite) {
   namespace fs = std::filesystem;
   if (path == standard_stream) return check_standard_output();
   const auto fail = [&path](const std::string& message) -> void {
-    throw InputError(fmt::format("output '{}': {}", path.string(), message));
+    throw input_error("output '{}': {}", path.string(), message);
   };
   std::error_code error;
   const fs::path folder = fs::absolute(path, error).parent_path();
@@ -44,7 +43,7 @@ void check_new_file(const std::filesystem::path& path, bool overwrite) {
   try {
     PrivateFolder::make(path);
   } catch (const RunError& cannot_write) {
-    throw InputError(fmt::format("output {}", cannot_write.what()));
+    throw input_error("output {}", cannot_write.what());
   }
 }
 

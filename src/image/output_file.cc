@@ -1,12 +1,11 @@
 #include "image/output_file.h"
 
-#include <fmt/format.h>
-
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <memory>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "image/standard_stream.h"
 
@@ -31,7 +30,7 @@ void OutputFile::deliver(bool overwrite) {
   }
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> whole(
       std::fopen(spool_->path().c_str(), "rb"), &std::fclose);
-  if (!whole) throw RunError(fmt::format("{}: {}", label_, std::strerror(errno)));
+  if (!whole) throw run_error("{}: {}", label_, std::strerror(errno));
   copy_bytes(whole.get(), stdout, label_);
 }
 

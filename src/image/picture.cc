@@ -1,14 +1,12 @@
 #include "gamer/image/picture.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <numeric>
-#include <span>
 #include <stdexcept>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/image/png_table.h"
 #include "image/picture_size.h"
@@ -39,8 +37,7 @@ std::vector<std::vector<double>> channel_weights(int planes,
   std::vector<int> order(planes);
   std::iota(order.begin(), order.end(), 0);
   if (!wavelengths.empty()) {
-    std::stable_sort(order.begin(), order.end(),
-                     [&](int a, int b) { return wavelengths[a] > wavelengths[b]; });
+    std::ranges::stable_sort(order, [&](int a, int b) { return wavelengths[a] > wavelengths[b]; });
   }
   std::vector<std::vector<double>> weights(3, std::vector<double>(planes));
   if (planes == 2) {
@@ -234,7 +231,7 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
   }
   if (lit.empty()) return;
   std::vector<double> sorted = lit;
-  std::sort(sorted.begin(), sorted.end(), std::greater<>());
+  std::ranges::sort(sorted, std::greater<>());
   const auto place =
       static_cast<std::size_t>((1 - white_quantile) * static_cast<double>(lit.size()));
   const double total = std::accumulate(sorted.begin(), sorted.end(), 0.0);
@@ -309,10 +306,10 @@ class PictureWriter final : public ImageWriter {
   }
 
   void finish() override {
-    const auto missing = std::find(written_.begin(), written_.end(), false);
+    const auto missing = std::ranges::find(written_, false);
     if (missing != written_.end()) {
-      throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
-                                 missing - written_.begin()));
+      throw run_error("{}: row {} was never written", options_.path.string(),
+                      missing - written_.begin());
     }
     const PictureTone tone = options_.tone ? PictureTone::of_numbers(*options_.tone)
                                            : automatic_tone(views(channels_), 1);
@@ -364,7 +361,7 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
   if (!(intensity > 0)) return {0, 0, 0};
   const double factor = scale * std::asinh(slope * intensity) / intensity;
   std::array<double, 3> stretched = {rgb[0] * factor, rgb[1] * factor, rgb[2] * factor};
-  const double largest = *std::max_element(stretched.begin(), stretched.end());
+  const double largest = *std::ranges::max_element(stretched);
   if (largest > 1) {
     for (double& channel : stretched) channel /= largest;
   }
@@ -413,7 +410,7 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
     }
   }
   // Stars differ in redness or blueness, but are never green.
-  if (planes == 3 && *std::min_element(light.begin(), light.end()) > 0) {
+  if (planes == 3 && *std::ranges::min_element(light) > 0) {
     tone.factor[1] = std::sqrt(tone.factor[0] * light[0] * tone.factor[2] * light[2]) / light[1];
   }
   if (factor) tone.factor = *factor;

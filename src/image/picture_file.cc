@@ -1,4 +1,3 @@
-#include <fmt/format.h>
 #include <png.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include <string>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/version.h"
@@ -147,7 +147,7 @@ std::optional<PictureFormat> picture_format(const std::string& name) {
 
 void check_picture_file(const PictureFileOptions& options, int width, int height) {
   const auto fail = [&](const std::string& message) {
-    throw InputError(fmt::format("output {}: {}", in_quotes(options.name), message));
+    throw input_error("output {}: {}", in_quotes(options.name), message);
   };
   if (options.bits != 8 && options.bits != 16) {
     fail(fmt::format("{} bits a channel; a picture has 8 or 16", options.bits));

@@ -1,6 +1,5 @@
 #include "gamer/image/png_table.h"
 
-#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include <string_view>
 #include <system_error>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
 
@@ -152,10 +152,10 @@ TextTable read_png_table(const std::filesystem::path& path, const std::string& n
     if (!table) break;
     if (table->name == name) return std::move(*table);
   }
-  throw InputError({path.generic_string(), 0, 0},
-                   fmt::format("no table '{}' in it: it is not a picture of gamer's, another "
-                               "program has changed it, or it is damaged",
-                               name));
+  throw input_error({path.generic_string(), 0, 0},
+                    "no table '{}' in it: it is not a picture of gamer's, another program has "
+                    "changed it, or it is damaged",
+                    name);
 }
 
 void check_png_sums(const std::filesystem::path& path) {
@@ -163,8 +163,8 @@ void check_png_sums(const std::filesystem::path& path) {
   std::vector<unsigned char> piece(std::size_t{1} << 16);
   while (const std::optional<ChunkHead> head = read_head(file)) {
     if (!read_chunk(file, *head, piece)) {
-      throw InputError({path.generic_string(), 0, 0},
-                       fmt::format("its chunk {} is damaged: its CRC is wrong", head->type));
+      throw input_error({path.generic_string(), 0, 0}, "its chunk {} is damaged: its CRC is wrong",
+                        head->type);
     }
     if (head->type == "IEND") return;
   }

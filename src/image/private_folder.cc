@@ -1,7 +1,6 @@
 #include "image/private_folder.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -15,6 +14,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/image/new_file.h"
 
@@ -156,7 +156,7 @@ std::unique_ptr<PrivateFolder> PrivateFolder::make(const fs::path& final_path) {
       if (is_others_doing(error)) continue;
       opened->remove_folder();
     }
-    throw RunError(fmt::format("{}: cannot write: {}", final_path.string(), std::strerror(error)));
+    throw run_error("{}: cannot write: {}", final_path.string(), std::strerror(error));
   }
 }
 

@@ -1,13 +1,13 @@
 #include "image/standard_stream.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/image/clean_up.h"
 
@@ -31,14 +31,14 @@ void copy_bytes(std::FILE* from, std::FILE* to, const std::string& what) {
   std::size_t count = 0;
   while ((count = std::fread(block.data(), 1, block.size(), from)) > 0) {
     if (std::fwrite(block.data(), 1, count, to) != count) {
-      throw RunError(fmt::format("{}: cannot write: {}", what, std::strerror(errno)));
+      throw run_error("{}: cannot write: {}", what, std::strerror(errno));
     }
   }
   if (std::ferror(from) != 0) {
-    throw RunError(fmt::format("{}: cannot read: {}", what, std::strerror(errno)));
+    throw run_error("{}: cannot read: {}", what, std::strerror(errno));
   }
   if (std::fflush(to) != 0) {
-    throw RunError(fmt::format("{}: cannot write: {}", what, std::strerror(errno)));
+    throw run_error("{}: cannot write: {}", what, std::strerror(errno));
   }
 }
 

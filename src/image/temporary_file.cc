@@ -1,7 +1,6 @@
 #include "image/temporary_file.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -12,6 +11,7 @@
 #include <string>
 #include <system_error>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 RunError failure(const fs::path& path, const std::string& action, int error) {
-  return RunError(fmt::format("{}: {}: {}", path.string(), action, std::strerror(error)));
+  return run_error("{}: {}: {}", path.string(), action, std::strerror(error));
 }
 
 /// This process's private folder beside a file.

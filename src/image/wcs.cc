@@ -1,7 +1,6 @@
 #include "gamer/image/wcs.h"
 
 #include <cel.h>
-#include <fmt/format.h>
 #include <prj.h>
 #include <wcs.h>
 #include <wcserr.h>
@@ -19,6 +18,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
@@ -55,7 +55,7 @@ std::string error_words(const wcsprm& wcs, int status) {
     words = error->msg;
     break;
   }
-  std::replace(words.begin(), words.end(), '\n', ' ');
+  std::ranges::replace(words, '\n', ' ');
   return words;
 }
 
@@ -84,10 +84,10 @@ class Converter {
         const PixelPosition place{0.5 + static_cast<double>(width) * i / step_count,
                                   0.5 + static_cast<double>(height) * j / step_count};
         const auto fail = [&](const std::string& what) {
-          throw InputError({label, 0, 0},
-                           fmt::format("the distortion (A_i_j, B_i_j, PVi_j...) is no view of {} x "
-                                       "{} pixels: at pixel ({:.1f}, {:.1f}) {}",
-                                       width, height, place.x, place.y, what));
+          throw input_error({label, 0, 0},
+                            "the distortion (A_i_j, B_i_j, PVi_j...) is no view of {} x {} pixels: "
+                            "at pixel ({:.1f}, {:.1f}) {}",
+                            width, height, place.x, place.y, what);
         };
         const double change = jacobian(place).area() / middle.area();
         if (!(change > 0)) fail("it folds the image");
@@ -195,8 +195,7 @@ class Converter {
     for (const std::string& record : records) {
       // Other records lead WCSLIB beyond their end (7.12).
       if (!is_printing(record) || has_open_string(record)) {
-        throw InputError({label, 0, 0},
-                         fmt::format("cannot read the card {}", in_quotes(trimmed(record))));
+        throw input_error({label, 0, 0}, "cannot read the card {}", in_quotes(trimmed(record)));
       }
       text += record;
     }
@@ -206,13 +205,11 @@ class Converter {
     const int status = wcspih(text.data(), static_cast<int>(records.size()), WCSHDR_all,
                               remove_valid, &rejected, &all_.count, &all_.list);
     if (status != 0) {
-      throw InputError({label, 0, 0},
-                       fmt::format("WCSLIB cannot read the header: {}", wcshdr_errmsg[status]));
+      throw input_error({label, 0, 0}, "WCSLIB cannot read the header: {}", wcshdr_errmsg[status]);
     }
     if (rejected > 0) {
       const std::string rest = text.substr(0, std::min(text.find('\0'), record_width));
-      throw InputError({label, 0, 0},
-                       fmt::format("cannot read the card {}", in_quotes(trimmed(rest))));
+      throw input_error({label, 0, 0}, "cannot read the card {}", in_quotes(trimmed(rest)));
     }
     for (int i = 0; i < all_.count; ++i) {
       if (all_.list[i].alt[0] == ' ') wcs_ = &all_.list[i];
@@ -258,8 +255,8 @@ class Converter {
     const std::string first = coordinate(0), second = coordinate(1);
     const auto [low, high] = std::minmax(first, second);
     if (low == "DEC" && high == "RA") return;
-    throw InputError({label, 0, 0}, fmt::format("axes 1 and 2 are {} and {}; expected RA and DEC",
-                                                in_quotes(first), in_quotes(second)));
+    throw input_error({label, 0, 0}, "axes 1 and 2 are {} and {}; expected RA and DEC",
+                      in_quotes(first), in_quotes(second));
   }
 
   /// The projection of an axis, "TAN" of "RA---TAN".
@@ -273,8 +270,8 @@ class Converter {
   void check_projection_is_named(const std::string& label) const {
     for (int axis = 0; axis < axis_count; ++axis) {
       if (!projection(axis).empty()) continue;
-      throw InputError({label, 0, 0}, fmt::format("CTYPE{} = {} names no projection", axis + 1,
-                                                  in_quotes(trimmed(wcs_->ctype[axis]))));
+      throw input_error({label, 0, 0}, "CTYPE{} = {} names no projection", axis + 1,
+                        in_quotes(trimmed(wcs_->ctype[axis])));
     }
   }
 
@@ -291,12 +288,10 @@ class Converter {
           longest <= largest_aspect * shortest) {
         return;
       }
-      throw InputError(
-          {label, 0, 0},
-          fmt::format(
-              "{} gives pixels of {:.3g} x {:.3g} deg; expected sides from {:.3g} to {} deg, "
-              "the longer at most {:.0e} times the shorter",
-              what, longest, shortest, smallest_pixel, largest_pixel, largest_aspect));
+      throw input_error({label, 0, 0},
+                        "{} gives pixels of {:.3g} x {:.3g} deg; expected sides from {:.3g} to {} "
+                        "deg, the longer at most {:.0e} times the shorter",
+                        what, longest, shortest, smallest_pixel, largest_pixel, largest_aspect);
     }
   };
 
@@ -315,11 +310,10 @@ class Converter {
     for (int axis = 0; axis < axis_count; ++axis) {
       const double pixel = wcs_->crpix[axis], value = wcs_->crval[axis];
       if (std::abs(pixel) <= farthest_reference && std::isfinite(value)) continue;
-      throw InputError(
+      throw input_error(
           {label, 0, 0},
-          fmt::format("CRPIX{0} = {1}, CRVAL{0} = {2}; expected finite numbers, CRPIX{0} within "
-                      "+-{3:.0e}",
-                      axis + 1, pixel, value, farthest_reference));
+          "CRPIX{0} = {1}, CRVAL{0} = {2}; expected finite numbers, CRPIX{0} within +-{3:.0e}",
+          axis + 1, pixel, value, farthest_reference);
     }
     // wcsset() has converted CDi_j, CDELTi and CROTAi to these, in degrees.
     const double *matrix = wcs_->lin.pc, *step = wcs_->lin.cdelt;
@@ -336,9 +330,9 @@ class Converter {
     const std::vector<std::string> known = sky_projections();
     for (int axis = 0; axis < axis_count; ++axis) {
       const std::string code = projection(axis);
-      if (std::find(known.begin(), known.end(), code) != known.end()) continue;
-      throw InputError({label, 0, 0}, fmt::format("CTYPE{}: unknown projection {}{}", axis + 1,
-                                                  in_quotes(code), did_you_mean(code, known)));
+      if (std::ranges::find(known, code) != known.end()) continue;
+      throw input_error({label, 0, 0}, "CTYPE{}: unknown projection {}{}", axis + 1,
+                        in_quotes(code), did_you_mean(code, known));
     }
   }
 
@@ -349,8 +343,8 @@ class Converter {
       double scale = 0, offset = 0, power = 0;
       if (unit.empty() || wcsunits(wcs_->cunit[axis], "deg", &scale, &offset, &power) == 0)
         continue;
-      throw InputError({label, 0, 0},
-                       fmt::format("CUNIT{} = {} is no unit of angles", axis + 1, in_quotes(unit)));
+      throw input_error({label, 0, 0}, "CUNIT{} = {} is no unit of angles", axis + 1,
+                        in_quotes(unit));
     }
   }
 
@@ -374,10 +368,10 @@ class Converter {
 /// The projection in WCSLIB's form. Throws InputError.
 prjprm checked_projection(const SkyView& view) {
   const std::vector<std::string> known = sky_projections();
-  if (std::find(known.begin(), known.end(), view.projection) == known.end()) {
+  if (std::ranges::find(known, view.projection) == known.end()) {
     std::string near = did_you_mean(view.projection, known);
     if (near.empty()) near = fmt::format("; expected one of {}", fmt::join(known, ", "));
-    throw InputError(fmt::format("unknown projection {}{}", in_quotes(view.projection), near));
+    throw input_error("unknown projection {}{}", in_quotes(view.projection), near);
   }
   prjprm projection;
   prjini(&projection);
@@ -400,7 +394,7 @@ prjprm checked_projection(const SkyView& view) {
   const prjprm result = projection;
   prjfree(&projection);
   if (!problem.empty()) {
-    throw InputError(fmt::format("projection {}: {}", view.projection, problem));
+    throw input_error("projection {}: {}", view.projection, problem);
   }
   return result;
 }

@@ -1,7 +1,5 @@
 #include "gamer/image/wcs_affine.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -117,10 +116,10 @@ class Description {
       for (int i = 1; i <= axis_count; ++i) {
         const std::string card = key(name, i);
         if (!header_.has(card)) continue;
-        throw InputError({label, 0, 0},
-                         fmt::format("{}: this distortion of the coordinates cannot follow the "
-                                     "pixels; delete its cards first if it does not matter",
-                                     card));
+        throw input_error({label, 0, 0},
+                          "{}: this distortion of the coordinates cannot follow the pixels; delete "
+                          "its cards first if it does not matter",
+                          card);
       }
     }
   }
@@ -312,9 +311,8 @@ class SipPair {
   Polynomial read(int i, const std::string& label) const {
     const double order = header_.number(order_key(i)).value_or(0);
     if (!(order >= 0 && order <= most_sip_order && order == std::floor(order))) {
-      throw InputError({label, 0, 0}, fmt::format("{} = {}; SIP polynomials have an order from 0 "
-                                                  "to {}",
-                                                  order_key(i), order, most_sip_order));
+      throw input_error({label, 0, 0}, "{} = {}; SIP polynomials have an order from 0 to {}",
+                        order_key(i), order, most_sip_order);
     }
     Polynomial f;
     f.order = static_cast<int>(order);

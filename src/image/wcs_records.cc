@@ -1,11 +1,10 @@
 #include "image/wcs_records.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <regex>
 #include <utility>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
 
@@ -34,7 +33,7 @@ bool concerns_celestial_axes(const std::string& key) {
 }  // namespace
 
 bool is_printing(std::string_view record) {
-  return std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  return std::ranges::all_of(record, [](char c) { return c >= ' ' && c <= '~'; });
 }
 
 bool has_open_string(std::string_view record) {
@@ -80,12 +79,10 @@ void check_self_contained(const std::vector<std::string>& header, const std::str
       const bool is_zero =
           equals != std::string::npos && std::atof(record.c_str() + equals + 1) == 0;
       if (is_zero) continue;
-      throw InputError({label, 0, 0},
-                       fmt::format("{}: axes 1 and 2 depend on a further pixel axis", key));
+      throw input_error({label, 0, 0}, "{}: axes 1 and 2 depend on a further pixel axis", key);
     }
     if (std::regex_match(record, table)) {
-      throw InputError({label, 0, 0},
-                       fmt::format("{}: distortions in look-up tables are not supported", key));
+      throw input_error({label, 0, 0}, "{}: distortions in look-up tables are not supported", key);
     }
   }
 }

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -9,13 +7,14 @@
 #include <memory>
 #include <string>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "image/temporary_file.h"
 
 namespace gamer {
 
 inline RunError write_failure(const std::filesystem::path& path, const std::string& reason) {
-  return RunError(fmt::format("{}: cannot write: {}", path.string(), reason));
+  return run_error("{}: cannot write: {}", path.string(), reason);
 }
 
 /// Runs `write(std::FILE*)` on a new file, which is moved to `path` if all went well.

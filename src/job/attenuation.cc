@@ -139,9 +139,9 @@ void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
   const std::vector<double> seen = ranks.compute_together(
       even_blocks(count, block), 1, threads, [&](RowRange rows, std::span<double> values) {
         for (int row = rows.first; row < rows.last; ++row) {
-          PlacedGalaxy probe = *observed[static_cast<std::size_t>(row)];
-          if (probe.is_absolute) probe.redshift = 0;
-          attenuation(probe, values[static_cast<std::size_t>(row - rows.first)]);
+          PlacedGalaxy galaxy = *observed[static_cast<std::size_t>(row)];
+          if (galaxy.is_absolute) galaxy.redshift = 0;
+          attenuation(galaxy, values[static_cast<std::size_t>(row - rows.first)]);
         }
       });
   for (std::size_t row = 0; row < observed.size(); ++row) {

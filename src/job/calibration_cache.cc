@@ -41,8 +41,8 @@ class ByteReader {
   }
   std::uint64_t word() {
     std::uint64_t result = 0;
-    const std::string_view own = take(sizeof result);
-    std::copy(own.begin(), own.end(), reinterpret_cast<char*>(&result));
+    const std::string_view bytes = take(sizeof result);
+    std::ranges::copy(bytes, reinterpret_cast<char*>(&result));
     return result;
   }
   bool has_failed() const { return has_failed_; }
@@ -89,9 +89,9 @@ void forget_oldest(const fs::path& folder) {
   for (const fs::path& file : files) by_time.emplace_back(time_of(file), file);
   const auto middle = by_time.begin() + static_cast<std::ptrdiff_t>(by_time.size() / 2);
   std::ranges::nth_element(by_time, middle);
-  for (auto own = by_time.begin(); own != middle; ++own) {
+  for (auto entry = by_time.begin(); entry != middle; ++entry) {
     std::error_code error;
-    fs::remove(own->second, error);
+    fs::remove(entry->second, error);
   }
 }
 
@@ -139,10 +139,10 @@ CalibrationParts unpack_parts(std::string_view bytes) {
   ByteReader reader(content);
   while (!reader.is_at_end()) {
     const std::string name(reader.take(reader.word()));
-    const std::string_view own = reader.take(reader.word() * sizeof(double));
+    const std::string_view values = reader.take(reader.word() * sizeof(double));
     if (reader.has_failed()) return {};
-    std::vector<double> numbers(own.size() / sizeof(double));
-    std::memcpy(numbers.data(), own.data(), own.size());
+    std::vector<double> numbers(values.size() / sizeof(double));
+    std::memcpy(numbers.data(), values.data(), values.size());
     parts.emplace(name, std::move(numbers));
   }
   return parts;

@@ -12,7 +12,6 @@
 #include <numeric>
 #include <vector>
 
-#include "gamer/job/journal.h"
 #include "gamer/job/report.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"
@@ -45,24 +44,24 @@ std::uint64_t resident_memory() {
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Seconds per unit of cost, measured in squares of pixels around probes. A square is a tile where
+/// Seconds per unit of cost, measured in squares of pixels around samples. A square is a tile where
 /// tiles are cheap, and down to a single pixel where time is short.
-double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>& probes,
+double seconds_per_cost(const Renderer& renderer, const std::vector<CostSample>& samples,
                         double most_seconds) {
-  std::vector<double> sums(probes.size());
-  std::transform_inclusive_scan(probes.begin(), probes.end(), sums.begin(), std::plus<>(),
-                                [](const ProbedPixel& probe) { return probe.cost; });
+  std::vector<double> sums(samples.size());
+  std::transform_inclusive_scan(samples.begin(), samples.end(), sums.begin(), std::plus<>(),
+                                [](const CostSample& sample) { return sample.cost; });
   const double all = sums.empty() ? 0 : sums.back();
   if (!(all > 0)) return microsecond;
   double seconds = 0, cost = 0, spent = 0;
   int side = 1;
   for (std::size_t tile = 0; tile < most_tiles && spent < most_seconds; ++tile) {
-    // After any number of tiles the probes so far are evenly spread.
+    // After any number of tiles the samples so far are evenly spread.
     const double at = all * std::fmod((static_cast<double>(tile) + 0.5) * std::numbers::phi, 1.0);
     const auto found = std::lower_bound(sums.begin(), sums.end(), at);
-    const ProbedPixel& probe =
-        probes[static_cast<std::size_t>(std::min(found, sums.end() - 1) - sums.begin())];
-    const int left = probe.x - probe.x % side, bottom = probe.y - probe.y % side;
+    const CostSample& sample =
+        samples[static_cast<std::size_t>(std::min(found, sums.end() - 1) - sums.begin())];
+    const int left = sample.x - sample.x % side, bottom = sample.y - sample.y % side;
     RenderCounts counts;
     const double begin = thread_seconds();
     renderer.count_pixels(left, std::min(left + side, renderer.width()), bottom,
@@ -71,7 +70,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>
     spent += took;
     constexpr int least_tiles = 5;
     if (took < most_seconds / least_tiles / 4) side = std::min(2 * side, Renderer::tile_rows);
-    // The first probe is not counted: it fills caches that later ones use.
+    // The first sample is not counted: it fills caches that later ones use.
     if (tile == 0 && spent < most_seconds) continue;
     seconds += took;
     cost += estimated_cost(counts);
@@ -79,23 +78,23 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<ProbedPixel>
   return cost > 0 ? seconds / cost : microsecond;
 }
 
-/// Probes of a renderer in a limited time.
-struct TimedProbes {
-  std::vector<ProbedPixel> probes;
-  double seconds = 0;  ///< that all probes of the job take
+/// Costs of pixels that were sampled in a limited time.
+struct TimedSamples {
+  std::vector<CostSample> samples;
+  double seconds = 0;  ///< that all samples of the job take
 };
 
-TimedProbes probe_in_time(const Renderer& renderer, double most_seconds) {
+TimedSamples sample_in_time(const Renderer& renderer, double most_seconds) {
   ThreadExecutor alone(1);
-  const int all = probed_rows(renderer.height());
+  const int all = sampled_rows(renderer.height());
   constexpr int more = 4;
   for (int rows = 1;; rows *= more) {
     rows = std::min(rows, all);
     const double begin = thread_seconds();
-    std::vector<ProbedPixel> probes = probe_pixels(renderer, alone, rows);
+    std::vector<CostSample> samples = sample_costs(renderer, alone, rows);
     const double took = thread_seconds() - begin;
     if (rows < all && took * more < most_seconds) continue;
-    return {std::move(probes), took * all / rows};
+    return {std::move(samples), took * all / rows};
   }
 }
 
@@ -146,14 +145,14 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   const TruthSettings images = truth ? job.parameters.truth : TruthSettings();
   const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, images);
   const double placing = process_seconds() - begin;
-  const auto [probes, probing] = probe_in_time(renderer, 2 * most_seconds);
-  std::vector<double> costs = row_costs(probes, renderer.width(), renderer.height());
+  const auto [samples, sampling] = sample_in_time(renderer, 2 * most_seconds);
+  std::vector<double> costs = row_costs(samples, renderer.width(), renderer.height());
   // One worker needs no blocks of equal cost.
-  const double together = preparation.measuring + (workers == 1 ? 0 : probing);
+  const double together = preparation.measuring + (workers == 1 ? 0 : sampling);
   estimate.preparing = preparation.reading + placing + together;
   const std::uint64_t before = resident_memory();
 
-  const double unit = seconds_per_cost(renderer, probes, most_seconds);
+  const double unit = seconds_per_cost(renderer, samples, most_seconds);
   if (truth) estimate.truth = truth_seconds(job, most_seconds) * share_left(job, done.objects);
   ThreadExecutor alone(1);
   const auto blocks =
@@ -213,10 +212,10 @@ JobEstimate estimate_stamps(const RenderJob& job, bool truth, int ranks, int thr
     const Renderer renderer = stamps.renderer(stamp);
     const double placing = thread_seconds() - start;
     constexpr double part = 0.25;
-    const auto probes = probe_in_time(renderer, part * most_seconds).probes;
-    const std::vector<double> costs = row_costs(probes, renderer.width(), renderer.height());
+    const auto samples = sample_in_time(renderer, part * most_seconds).samples;
+    const std::vector<double> costs = row_costs(samples, renderer.width(), renderer.height());
     seconds += placing + std::accumulate(costs.begin(), costs.end(), 0.0) *
-                             seconds_per_cost(renderer, probes, part * most_seconds);
+                             seconds_per_cost(renderer, samples, part * most_seconds);
     sampled += static_cast<double>(stamps.values(stamp));
   }
   if (sampled > 0) estimate.rendering = seconds * all / sampled;

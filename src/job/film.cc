@@ -1,7 +1,5 @@
 #include "gamer/job/film.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <iterator>
@@ -9,6 +7,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
@@ -29,8 +28,8 @@ namespace fs = std::filesystem;
 constexpr const char* packed_frames = "frames";
 
 /// Largest number of frames that an estimate renders, and seconds for each.
-constexpr int most_probes = 3;
-constexpr double probe_seconds = 1;
+constexpr int most_sampled = 3;
+constexpr double sample_seconds = 1;
 
 /// Numbers of a picture's tone.
 constexpr std::size_t tone_numbers = 8;
@@ -73,24 +72,25 @@ Film::Film(const RenderJob& animation, JobOptions options, int ranks, int thread
   check_row_memory(header_, header_.planes() + truth_header.planes(), ranks, threads);
   const InputFiles inputs(animation);
   for (int number = 0; number < frames(); ++number) {
-    RenderParameters own = frame(number);
-    const auto files = result_files(own, options_, header_, truth_header);
+    RenderParameters parameters = frame(number);
+    const auto files = result_files(parameters, options_, header_, truth_header);
     inputs.check_outputs(files);
-    own.image.output.overwrite = true;
-    check_outputs(own, header_, truth_header);
-    own.image.output.overwrite = options_.overwrite;
+    parameters.image.output.overwrite = true;
+    check_outputs(parameters, header_, truth_header);
+    parameters.image.output.overwrite = options_.overwrite;
     if (options_.resume) {
       if (are_there(files)) {
-        check_undamaged(own, options_, header_, truth_header);
-        const auto tone = check_same_frame(files.front(), jobs_->record(), own);
+        check_undamaged(parameters, options_, header_, truth_header);
+        const auto tone = check_same_frame(files.front(), jobs_->record(), parameters);
         if (tone && !parameters_.image.output.tone) {
           earlier_tone_ = tone;
           earlier_picture_ = files.front();
         }
-        if (!is_there(journal_path(own.image.output))) continue;
+        if (!is_there(journal_path(parameters.image.output))) continue;
       }
     } else {
-      if (hindrance_.empty()) hindrance_ = gamer::hindrance(own.image.output, options_, files);
+      if (hindrance_.empty())
+        hindrance_ = gamer::hindrance(parameters.image.output, options_, files);
       if (!hindrance_.empty() && !options_.dry_run) throw InputError(hindrance_);
       std::ranges::copy_if(files, std::back_inserter(replaced_), is_there);
     }
@@ -201,18 +201,19 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
   film.preparing = reading + measuring;
   // Seconds of a frame on one rank, of a frame with all ranks, and of the preparation of a frame.
   double alone = 0, together = 0, preparing_frame = 0;
-  const int probes = std::min(count, most_probes);
-  for (int probe = 0; probe < probes; ++probe) {
-    const int i = probes == 1 ? 0 : probe * (count - 1) / (probes - 1);
+  const int sampled = std::min(count, most_sampled);
+  for (int k = 0; k < sampled; ++k) {
+    const int i = sampled == 1 ? 0 : k * (count - 1) / (sampled - 1);
     const double begin = process_seconds();
-    RenderParameters own = frame(left_[static_cast<std::size_t>(i)]);
+    RenderParameters parameters = frame(left_[static_cast<std::size_t>(i)]);
     // The film's tone is not known yet, and measuring a frame's own tone would take time.
-    if (!own.image.output.tone) own.set("image", "tone", std::vector<double>(tone_numbers, 0.0));
-    const RenderJob job = jobs_->make(std::move(own));
+    if (!parameters.image.output.tone)
+      parameters.set("image", "tone", std::vector<double>(tone_numbers, 0.0));
+    const RenderJob job = jobs_->make(std::move(parameters));
     const double making = process_seconds() - begin;
     const JobEstimate part = estimate_job(job, options_.truth, apart > 0 ? 1 : ranks, threads,
-                                          {making, 0}, {}, probe_seconds);
-    const double share = 1.0 / probes;
+                                          {making, 0}, {}, sample_seconds);
+    const double share = 1.0 / sampled;
     preparing_frame += share * part.preparing;
     alone += share * part.wall;
     // All ranks prepare a frame at the same time.
@@ -239,11 +240,10 @@ void Film::choose_tone(const Ranks& ranks, Executor& executor) {
   const auto tone = frame_tone(*jobs_, frame(parameters_.animation.tone_frame - 1), executor);
   // With two tones the film would flicker.
   if (ranks.rank() == 0 && earlier_tone_ && *earlier_tone_ != tone) {
-    throw InputError(
-        {earlier_picture_.string(), 0, 0},
-        fmt::format("the film has changed since it began: image.tone was {}, is {} "
-                    "(of frame {}, animation.tone_frame); --overwrite starts anew",
-                    tone_text(*earlier_tone_), tone_text(tone), parameters_.animation.tone_frame));
+    throw input_error({earlier_picture_.string(), 0, 0},
+                      "the film has changed since it began: image.tone was {}, is {} (of frame {}, "
+                      "animation.tone_frame); --overwrite starts anew",
+                      tone_text(*earlier_tone_), tone_text(tone), parameters_.animation.tone_frame);
   }
   const std::string text = ranks.broadcast(tone_text(tone));
   const ConfigNode root = parse_toml("[image]\ntone = " + text, "image.tone");
@@ -255,20 +255,20 @@ void Film::choose_tone(const Ranks& ranks, Executor& executor) {
 Film::Flaws Film::render_frame(int number, int ranks, int threads, Executor& executor,
                                const Messages& messages, RankReport& report) {
   const Clock clock;
-  RenderParameters own = frame(number);
-  own.image.output.overwrite = options_.overwrite;
+  RenderParameters parameters = frame(number);
+  parameters.image.output.overwrite = options_.overwrite;
   std::unique_ptr<Journal> earlier;
   if (options_.resume) {
-    const fs::path path = journal_path(own.image.output);
+    const fs::path path = journal_path(parameters.image.output);
     earlier = Journal::open(path, options_.journal_interval);
     // With another instruction set the rows' last digits would differ: the frame begins again.
     if (earlier && earlier->head().simd != simd_target_name(current_simd_target())) {
       earlier.reset();
       Journal::discard(path);
-      own.image.output.overwrite = true;
+      parameters.image.output.overwrite = true;
     }
   }
-  ImageTask work(jobs_->make(std::move(own)), options_, ranks, threads, std::move(earlier));
+  ImageTask work(jobs_->make(std::move(parameters)), options_, ranks, threads, std::move(earlier));
   if (!work.is_complete()) {
     work.begin();
     work.render(executor, messages.progress, report);
@@ -319,8 +319,8 @@ void Film::render(const Ranks& ranks, int threads, Executor& executor, const Mes
     hand_out->run(
         even_blocks(apart, 1), 2,
         [&](RowRange block, std::span<double> values) {
-          ThreadExecutor own(threads);
-          const Flaws found = render_frame(number(block.first), 1, threads, own, {}, report);
+          ThreadExecutor alone(threads);
+          const Flaws found = render_frame(number(block.first), 1, threads, alone, {}, report);
           values[0] = found.is_dark ? 1 : 0;
           values[1] = found.unconverged_rays;
         },

@@ -64,9 +64,9 @@ std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::pat
                                                       RenderParameters parameters) {
   if (!keeps_record(image)) return std::nullopt;
   const Record then = read_record(image);
-  const RenderParameters own = recorded_render_parameters(then);
-  if (own.image.output.tone && !parameters.image.output.tone) {
-    const auto& numbers = *own.image.output.tone;
+  const RenderParameters recorded = recorded_render_parameters(then);
+  if (recorded.image.output.tone && !parameters.image.output.tone) {
+    const auto& numbers = *recorded.image.output.tone;
     parameters.set("image", "tone", std::vector<double>(numbers.begin(), numbers.end()));
   }
   Record now = animation;
@@ -83,7 +83,7 @@ std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::pat
     }
   }
   check_same_job(image, then, now);
-  return own.image.output.tone;
+  return recorded.image.output.tone;
 }
 
 int frames_apart(int frames, int ranks) { return ranks > 1 ? frames - frames % ranks : 0; }

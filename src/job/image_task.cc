@@ -1,6 +1,5 @@
 #include "gamer/job/image_task.h"
 
-#include <fmt/format.h>
 #include <sys/stat.h>
 
 #include <algorithm>
@@ -9,8 +8,8 @@
 #include <new>
 #include <span>
 #include <system_error>
-#include <utility>
 
+#include "core/message.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/image/fits/checksums.h"
@@ -145,7 +144,7 @@ void check_undamaged(const RenderParameters& parameters, const JobOptions& optio
     constexpr int table_hdus = 2;
     if (!options.truth_table.empty()) check_sums(options.truth_table, table_hdus);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}; --overwrite starts anew", error.what()));
+    throw input_error("{}; --overwrite starts anew", error.what());
   }
 }
 
@@ -195,10 +194,9 @@ void InputFiles::check_outputs(const std::vector<fs::path>& files) const {
     const auto id = identity(file);
     const auto found = id ? files_.find(*id) : files_.end();
     if (found == files_.end()) continue;
-    throw InputError(
-        fmt::format("output '{}': this is the file '{}', from which the job is made; "
-                    "choose another output",
-                    file.string(), found->second.string()));
+    throw input_error(
+        "output '{}': this is the file '{}', from which the job is made; choose another output",
+        file.string(), found->second.string());
   }
 }
 
@@ -291,10 +289,10 @@ std::unique_ptr<ImageWriter> ImageTask::make_writer() const {
       make_image_writer(toned_output(job_.parameters.image.output, job_.parameters), header_);
   const int extra = truth_header_.planes();
   if (extra == 0) return image;
-  const int own = header_.planes();
-  return make_split_writer(std::move(image), own,
+  const int planes = header_.planes();
+  return make_split_writer(std::move(image), planes,
                            make_image_writer(truth_output(job_.parameters), truth_header_),
-                           own + extra, header_.width);
+                           planes + extra, header_.width);
 }
 
 /// Gives the files their names. Once the journal has its end entry, files of these names are the

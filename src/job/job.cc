@@ -1,25 +1,22 @@
 #include "gamer/job/job.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <map>
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/units.h"
 #include "gamer/core/version.h"
 #include "gamer/galaxy/calibration/calibration_memory.h"
 #include "gamer/galaxy/kinds/star_field.h"
-#include "gamer/image/picture.h"
 #include "gamer/job/attenuation.h"
 #include "gamer/job/measure_galaxies.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/star_table.h"
 #include "gamer/job/star_tone.h"
 #include "gamer/render/galaxy_measure.h"
-#include "gamer/render/renderer.h"
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/galaxy_library.h"
 #include "gamer/sed/photometry.h"
@@ -129,7 +126,7 @@ void append_common_card(ImageHeader& header, const std::string& key) {
   const Card* common = nullptr;
   for (const std::vector<Card>& cards : header.plane_cards) {
     const auto found =
-        std::find_if(cards.begin(), cards.end(), [&](const Card& card) { return card.key == key; });
+        std::ranges::find_if(cards, [&](const Card& card) { return card.key == key; });
     if (found == cards.end() || (common != nullptr && common->value != found->value)) return;
     common = &*found;
   }
@@ -162,17 +159,17 @@ std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
   const bool draws_stars = std::ranges::any_of(scene.galaxies, has_stars);
   std::map<const Galaxy*, FootprintRange> by_galaxy;
   for (const PlacedGalaxy& placed : scene.galaxies) {
-    FootprintRange own = GalaxyLibrary::draft_footprints();
+    FootprintRange range = GalaxyLibrary::draft_footprints();
     if (!is_draft) {
-      own = Renderer::footprints(parameters, camera, scene.unit, placed) |
-            measure_footprints(measure_accuracy(parameters));
+      range = Renderer::footprints(parameters, camera, scene.unit, placed) |
+              measure_footprints(measure_accuracy(parameters));
       if (is_observed(placed, parameters.photometry, scene.unit)) {
-        own = own | attenuation_footprints(parameters);
+        range = range | attenuation_footprints(parameters);
       }
     }
-    own.sees_whole = draws_stars;
-    const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), own);
-    if (!is_new) known->second = known->second | own;
+    range.sees_whole = draws_stars;
+    const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), range);
+    if (!is_new) known->second = known->second | range;
   }
   return by_galaxy;
 }
@@ -347,11 +344,11 @@ ImageHeader make_truth_header(const RenderJob& job) {
     const bool is_light = output.kind == Kind::dust_free || output.kind == Kind::object ||
                           output.kind == Kind::component;
     header.plane_units.push_back(is_light ? header.unit : "");
-    std::vector<Card> own = is_light ? cards[output.plane] : std::vector<Card>();
+    std::vector<Card> plane_cards = is_light ? cards[output.plane] : std::vector<Card>();
     if (output.kind == Kind::object || output.kind == Kind::component) {
-      own.push_back({"OBJECT", fmt::format("{}", output.object + 1), "row of table TRUTH"});
+      plane_cards.push_back({"OBJECT", fmt::format("{}", output.object + 1), "row of table TRUTH"});
     }
-    header.plane_cards.push_back(std::move(own));
+    header.plane_cards.push_back(std::move(plane_cards));
   }
   header.unit.clear();
   return header;
@@ -377,11 +374,11 @@ void check_row_memory(const ImageHeader& header, int planes, int ranks, int thre
   const std::uint64_t needed = row_memory(header.width, planes, ranks, threads);
   const std::uint64_t available = available_memory();
   if (needed <= available) return;
-  throw InputError(
-      fmt::format("the rows of an image of {} x {} pixels and {} planes in {} thread{} need {} of "
-                  "memory; there are {}",
-                  header.width, header.height, planes, threads, threads == 1 ? "" : "s",
-                  bytes_text(needed), bytes_text(available)));
+  throw input_error(
+      "the rows of an image of {} x {} pixels and {} planes in {} thread{} need {} of memory; "
+      "there are {}",
+      header.width, header.height, planes, threads, threads == 1 ? "" : "s", bytes_text(needed),
+      bytes_text(available));
 }
 
 }  // namespace gamer

@@ -1,7 +1,6 @@
 #include "gamer/job/journal.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -17,6 +16,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
 #include "image/temporary_file.h"
@@ -33,7 +33,7 @@ constexpr std::chrono::milliseconds lock_pause{100};
 /// A shorter row of zeros costs less as values than as a run.
 constexpr std::size_t shortest_run = 8;
 
-enum class Kind : std::uint64_t { head = 1, rows = 2, single_rows = 3, end = 5 };
+enum class EntryKind : std::uint64_t { head = 1, rows = 2, single_rows = 3, end = 5 };
 
 using Checksum = std::uint32_t;
 
@@ -175,11 +175,11 @@ class NoJournal : public InputError {
 };
 
 RunError read_failure(const std::filesystem::path& path, int error) {
-  return RunError(fmt::format("{}: cannot read: {}", path.string(), std::strerror(error)));
+  return run_error("{}: cannot read: {}", path.string(), std::strerror(error));
 }
 
 RunError write_failure(const std::filesystem::path& path, int error) {
-  return RunError(fmt::format("{}: cannot write: {}", path.string(), std::strerror(error)));
+  return run_error("{}: cannot write: {}", path.string(), std::strerror(error));
 }
 
 /// Reads up to `bytes.size()` bytes, fewer at the end of the file. Throws RunError.
@@ -285,7 +285,7 @@ void sync_folder(const std::filesystem::path& path) {
 }  // namespace
 
 struct Journal::Entry {
-  Kind kind = Kind::end;
+  EntryKind kind = EntryKind::end;
   std::uint64_t section = 0;
   std::uint64_t first = 0;
   std::uint64_t last = 0;
@@ -374,9 +374,9 @@ Journal::~Journal() {
 }
 
 void Journal::add_rows(int section, RowRange rows, std::span<const double> values, bool single) {
-  const Entry entry{single ? Kind::single_rows : Kind::rows, static_cast<std::uint64_t>(section),
-                    static_cast<std::uint64_t>(rows.first), static_cast<std::uint64_t>(rows.last),
-                    values.size()};
+  const Entry entry{single ? EntryKind::single_rows : EntryKind::rows,
+                    static_cast<std::uint64_t>(section), static_cast<std::uint64_t>(rows.first),
+                    static_cast<std::uint64_t>(rows.last), values.size()};
   entry_.assign(sizeof entry, std::byte{0});
   if (single) {
     floats_.resize(values.size());
@@ -395,7 +395,7 @@ void Journal::add_rows(int section, RowRange rows, std::span<const double> value
 }
 
 void Journal::add_end() {
-  const Entry entry{Kind::end};
+  const Entry entry{EntryKind::end};
   entry_.assign(sizeof entry, std::byte{0});
   add(entry);
   if (is_begun() && fdatasync(descriptor_) != 0) throw write_failure(path_, errno);
@@ -406,7 +406,7 @@ void Journal::remove() {
   // The files that the job made must have their names first.
   sync_folder(path_);
   if (has_name(descriptor_, path_) && unlink(path_.c_str()) != 0) {
-    throw RunError(fmt::format("{}: cannot remove: {}", path_.string(), std::strerror(errno)));
+    throw run_error("{}: cannot remove: {}", path_.string(), std::strerror(errno));
   }
   close(std::exchange(descriptor_, -1));
 }
@@ -436,7 +436,7 @@ void Journal::begin() {
   } catch (const RunError&) {
     close(std::exchange(descriptor_, -1));
     if (!std::filesystem::exists(std::filesystem::symlink_status(path_))) throw;
-    throw RunError(fmt::format("{}: another process has begun this job meanwhile", path_.string()));
+    throw run_error("{}: another process has begun this job meanwhile", path_.string());
   }
   sync_folder(path_);
   pending_ = {};
@@ -445,7 +445,7 @@ void Journal::begin() {
 
 void Journal::write_head() {
   // The head holds the list of the scene, which may be long, so that it is written in pieces.
-  Entry entry{Kind::head};
+  Entry entry{EntryKind::head};
   pack_head(head_, [&](std::string_view piece) { entry.bytes += piece.size(); });
   write(bytes_of(magic));
   write(bytes_of(entry));
@@ -513,18 +513,18 @@ void Journal::read_entries() {
     read_at(descriptor_, at, std::as_writable_bytes(std::span(&entry, 1)), path_);
     const std::uint64_t payload = at + sizeof entry;
     if (entry.bytes > size - payload - sizeof(Checksum) || !is_sound(entry, payload)) break;
-    if (has_head == (entry.kind == Kind::head)) break;
+    if (has_head == (entry.kind == EntryKind::head)) break;
     at = payload + entry.bytes + sizeof(Checksum);
-    if (entry.kind == Kind::head) {
+    if (entry.kind == EntryKind::head) {
       try {
         head_ = unpack_head(read_text(entry, payload));
       } catch (const RunError&) {
         throw NoJournal(path_);
       }
       has_head = true;
-    } else if (entry.kind == Kind::rows || entry.kind == Kind::single_rows) {
+    } else if (entry.kind == EntryKind::rows || entry.kind == EntryKind::single_rows) {
       blocks_.push_back({entry, payload});
-    } else if (entry.kind == Kind::end) {
+    } else if (entry.kind == EntryKind::end) {
       has_end_ = true;
     }
     // Other builds' entries may be of other kinds; check_same_job() refuses their journals.
@@ -575,14 +575,15 @@ void Journal::replay(int section, std::size_t values_per_row,
     const RowRange rows{static_cast<int>(entry.first), static_cast<int>(entry.last)};
     packed.resize(entry.bytes);
     values.resize(static_cast<std::size_t>(rows.size()) * values_per_row);
-    const bool is_whole = rows.size() > 0 && values.size() == entry.values &&
-                          read_at(descriptor_, block.offset, packed, path_) == packed.size() &&
-                          (entry.kind == Kind::single_rows ? unpack_values<float>(packed, values)
-                                                           : unpack_values<double>(packed, values));
+    const bool is_whole =
+        rows.size() > 0 && values.size() == entry.values &&
+        read_at(descriptor_, block.offset, packed, path_) == packed.size() &&
+        (entry.kind == EntryKind::single_rows ? unpack_values<float>(packed, values)
+                                              : unpack_values<double>(packed, values));
     if (!is_whole) {
-      throw InputError({path_.string(), 0, 0},
-                       fmt::format("rows {} to {} are damaged; --overwrite starts anew", rows.first,
-                                   rows.last - 1));
+      throw input_error({path_.string(), 0, 0},
+                        "rows {} to {} are damaged; --overwrite starts anew", rows.first,
+                        rows.last - 1);
     }
     consume(rows, values);
   }

@@ -1,11 +1,9 @@
 #include "gamer/job/listing.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
-#include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/galaxy/arm_pattern.h"
@@ -170,9 +168,8 @@ std::string list_parameters(const std::string& kind, bool markdown) {
     const std::vector<std::string> known = parameter_kinds();
     std::string names;
     for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
-    throw InputError({"--list-parameters", 0, 0},
-                     fmt::format("unknown kind {}; known are {}{}", in_quotes(kind), names,
-                                 did_you_mean(kind, known)));
+    throw input_error({"--list-parameters", 0, 0}, "unknown kind {}; known are {}{}",
+                      in_quotes(kind), names, did_you_mean(kind, known));
   }
   return result;
 }

@@ -1,9 +1,8 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <variant>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/near.h"
 #include "gamer/image/instrument.h"
 #include "gamer/job/job.h"
@@ -73,9 +72,8 @@ ConfigNode read_parameter_file(const JobRequest& request, Resources& resources) 
     return parse_toml(text.content, text.label);
   } catch (const InputError& error) {
     if (request.from_header.empty() && holds_parameters(request.scene)) {
-      throw InputError(fmt::format("{}; the parameter file stands before the scene: gamer {} {}",
-                                   error.what(), request.scene.generic_string(),
-                                   request.parameters.generic_string()));
+      throw input_error("{}; the parameter file stands before the scene: gamer {} {}", error.what(),
+                        request.scene.generic_string(), request.parameters.generic_string());
     }
     throw;
   }
@@ -98,8 +96,7 @@ void check_bands(const Instrument& instrument, const std::vector<std::string>& b
     try {
       instrument.band(std::filesystem::path(band).stem().string());
     } catch (const InputError& error) {
-      throw InputError(
-          fmt::format("{}; camera.pixel_scale instead goes with any band", error.what()));
+      throw input_error("{}; camera.pixel_scale instead goes with any band", error.what());
     }
   }
 }
@@ -124,9 +121,8 @@ void set_stamps(ConfigNode& root) {
   if (layout != nullptr && std::holds_alternative<std::string>(layout->data) &&
       std::get<std::string>(layout->data) != "cube" &&
       std::get<std::string>(layout->data) != "stamps") {
-    throw InputError(layout->where, fmt::format("layout = \"{}\" is not that of --stamps; leave it "
-                                                "out",
-                                                std::get<std::string>(layout->data)));
+    throw input_error(layout->where, "layout = \"{}\" is not that of --stamps; leave it out",
+                      std::get<std::string>(layout->data));
   }
   set_from_text(root, "image.layout=\"stamps\"", "--stamps sets ");
 }
@@ -144,11 +140,11 @@ void check_recorded_region(const JobRequest& request, const ConfigNode& recorded
   const ParameterSet& image = parameters.section("image");
   const RenderParameters before = RenderParameters::read(recorded);
   if (image.numbers("region") == before.section("image").numbers("region")) return;
-  throw InputError(image.where("region"),
-                   fmt::format("{} is itself a region, {}, and holds no other objects; begin with "
-                               "the whole image or with the catalogue",
-                               in_quotes(request.from_header.generic_string()),
-                               value_text(before.section("image").value("region"))));
+  throw input_error(image.where("region"),
+                    "{} is itself a region, {}, and holds no other objects; begin with the whole "
+                    "image or with the catalogue",
+                    in_quotes(request.from_header.generic_string()),
+                    value_text(before.section("image").value("region")));
 }
 
 }  // namespace

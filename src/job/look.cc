@@ -6,8 +6,6 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
-#include <string>
-#include <vector>
 
 #include "gamer/core/config.h"
 #include "gamer/core/error.h"

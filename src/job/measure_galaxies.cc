@@ -33,13 +33,13 @@ std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
   for (std::size_t g = 0; g < galaxies.size(); ++g) {
     Galaxy* const reference = galaxies[g]->reference().get();
     if (reference == nullptr) continue;
-    const FootprintRange own = footprints.empty() ? FootprintRange() : footprints[g];
+    const FootprintRange needed = footprints.empty() ? FootprintRange() : footprints[g];
     const auto [place, is_new] = places.try_emplace(reference, result.size());
     if (is_new) {
-      result.emplace_back(reference, own);
+      result.emplace_back(reference, needed);
     } else {
       FootprintRange& known = result[place->second].second;
-      known = known | own;
+      known = known | needed;
     }
   }
   std::erase_if(
@@ -109,15 +109,16 @@ class Measurement {
 void Measurement::run() {
   if (is_cached_) recall();
   for (const GalaxyStatistics::Round round : GalaxyStatistics::rounds) measure(round);
-  for (Subject& own : subjects_) own.statistics.adopt();
+  for (Subject& subject : subjects_) subject.statistics.adopt();
   keep();
 }
 
 void Measurement::recall() {
   const CalibrationCache* const cache = calibration_cache();
-  for (const Subject& own : subjects_) {
-    if (cache != nullptr && is_for_cache(*own.galaxy))
-      known_.merge(cache->load(own.galaxy->shape()));
+  for (const Subject& subject : subjects_) {
+    if (cache != nullptr && is_for_cache(*subject.galaxy)) {
+      known_.merge(cache->load(subject.galaxy->shape()));
+    }
   }
   if (ranks_.size() == 1) return;
   const std::string all = ranks_.broadcast(ranks_.rank() == 0 ? pack_parts(known_) : "");
@@ -141,13 +142,13 @@ void Measurement::measure_part(Subject& subject, GalaxyStatistics::Round round, 
 
 void Measurement::take(GalaxyStatistics::Round round, const Row& row,
                        std::span<const double> numbers) {
-  Subject& own = subjects_[row.subject];
-  own.statistics.take(round, row.part, numbers);
-  if (!is_cached_ || calibration_cache() == nullptr || !is_for_cache(*own.galaxy)) return;
+  Subject& subject = subjects_[row.subject];
+  subject.statistics.take(round, row.part, numbers);
+  if (!is_cached_ || calibration_cache() == nullptr || !is_for_cache(*subject.galaxy)) return;
   while (!numbers.empty() && numbers.back() == 0) numbers = numbers.first(numbers.size() - 1);
   std::vector<double> kept(numbers.begin(), numbers.end());
-  if (known_.try_emplace(own.statistics.name(round, row.part), std::move(kept)).second) {
-    changed_.insert(own.galaxy->shape());
+  if (known_.try_emplace(subject.statistics.name(round, row.part), std::move(kept)).second) {
+    changed_.insert(subject.galaxy->shape());
   }
 }
 
@@ -155,9 +156,9 @@ void Measurement::measure(GalaxyStatistics::Round round) {
   std::size_t numbers = 0;
   std::vector<Row> rows;
   for (std::size_t k = 0; k < subjects_.size(); ++k) {
-    const GalaxyStatistics& own = subjects_[k].statistics;
-    numbers = std::max(numbers, own.most_numbers());
-    for (std::size_t part = 0; part < own.parts(round); ++part) rows.push_back({k, part});
+    const GalaxyStatistics& statistics = subjects_[k].statistics;
+    numbers = std::max(numbers, statistics.most_numbers());
+    for (std::size_t part = 0; part < statistics.parts(round); ++part) rows.push_back({k, part});
   }
   const std::vector<RowRange> blocks = part_blocks(static_cast<int>(rows.size()), ranks_);
   const auto measure_block = [&](RowRange range, std::span<double> values) {
@@ -188,7 +189,7 @@ void Measurement::measure(GalaxyStatistics::Round round) {
   for (std::size_t row = 0; row < rows.size(); ++row) {
     take(round, rows[row], std::span(all).subspan(row * numbers, numbers));
   }
-  for (Subject& own : subjects_) own.statistics.finish(round);
+  for (Subject& subject : subjects_) subject.statistics.finish(round);
 }
 
 void Measurement::keep() const {

@@ -1,10 +1,9 @@
 #include "gamer/job/record.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
 #include "gamer/image/fits/fits.h"
@@ -36,7 +35,7 @@ Resources::Text* find_text(Record& record, std::string_view name) {
 
 const Resources::Text& text_of(const Record& record, std::string_view name) {
   const Resources::Text* text = find_text(record, name);
-  if (text == nullptr) throw InputError(fmt::format("the record holds no '{}'", name));
+  if (text == nullptr) throw input_error("the record holds no '{}'", name);
   return *text;
 }
 
@@ -90,7 +89,7 @@ TextTable record_table(const Record& record) {
 Record record_from_table(const TextTable& table) {
   if (!std::equal(table.columns.begin(), table.columns.end(), table_columns.begin(),
                   table_columns.end())) {
-    throw InputError(fmt::format("the table {} has not the columns NAME, LABEL, TEXT", table.name));
+    throw input_error("the table {} has not the columns NAME, LABEL, TEXT", table.name);
   }
   Record record;
   table.for_each_row([&](std::span<const std::string_view> row) {

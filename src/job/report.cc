@@ -87,10 +87,10 @@ std::string report_text(std::span<const RankReport> ranks, double pixels) {
       "I/O", "Mnoise/s", "MiB");
   Line all;
   for (std::size_t rank = 0; rank < ranks.size(); ++rank) {
-    Line own;
-    own.add(ranks[rank]);
+    Line line;
+    line.add(ranks[rank]);
     all.add(ranks[rank]);
-    text += text_of(own, fmt::format("{}", rank));
+    text += text_of(line, fmt::format("{}", rank));
   }
   if (ranks.size() > 1) text += text_of(all, "all");
   text += fmt::format(

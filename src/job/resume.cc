@@ -1,6 +1,5 @@
 #include "gamer/job/resume.h"
 
-#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -8,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
@@ -105,9 +105,8 @@ std::vector<std::string> record_differences(const Record& then, const Record& no
 
 void fail_where_different(const std::vector<std::string>& differences, const std::string& label) {
   if (differences.empty()) return;
-  throw InputError(
-      fmt::format("{}: the job has changed since it began: {}; --overwrite starts anew", label,
-                  fmt::join(differences, "; ")));
+  throw input_error("{}: the job has changed since it began: {}; --overwrite starts anew", label,
+                    fmt::join(differences, "; "));
 }
 
 /// A checksum that tells builds of one version apart; empty where the program cannot read itself.
@@ -138,9 +137,8 @@ void check_same_program(const Ranks& ranks) {
   const std::vector<std::string> programs = ranks.gather(program_text());
   for (std::size_t rank = 1; rank < programs.size(); ++rank) {
     if (programs[rank] == programs.front()) continue;
-    throw InputError(
-        fmt::format("gamer: rank {} is {}, rank 0 is {}; all ranks must be the same build", rank,
-                    programs[rank], programs.front()));
+    throw input_error("gamer: rank {} is {}, rank 0 is {}; all ranks must be the same build", rank,
+                      programs[rank], programs.front());
   }
 }
 
@@ -151,10 +149,9 @@ JournalHead make_journal_head(const RenderJob& job, std::string truth) {
 
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label) {
   if (then.program != now.program) {
-    throw InputError(
-        fmt::format("{}: begun by {}, this is {}; finish the job with that program; "
-                    "--overwrite starts anew",
-                    label, then.program, now.program));
+    throw input_error(
+        "{}: begun by {}, this is {}; finish the job with that program; --overwrite starts anew",
+        label, then.program, now.program);
   }
   std::vector<std::string> differences = record_differences(then.record, now.record);
   if (then.truth != now.truth) {
@@ -178,10 +175,10 @@ std::int64_t journal_simd_targets(const Journal& journal) {
   for (const std::int64_t target : simd_targets()) {
     if (simd_target_name(target) == journal.head().simd) return target;
   }
-  throw InputError({journal.path().string(), 0, 0},
-                   fmt::format("its rows were made with {} instructions, which this machine has "
-                               "not; their last digits would differ",
-                               journal.head().simd));
+  throw input_error({journal.path().string(), 0, 0},
+                    "its rows were made with {} instructions, which this machine has not; their "
+                    "last digits would differ",
+                    journal.head().simd);
 }
 
 bool is_single_precision(const OutputOptions& output) {

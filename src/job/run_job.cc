@@ -1,7 +1,5 @@
 #include "gamer/job/run_job.h"
 
-#include <fmt/format.h>
-
 #include <cstdint>
 #include <cstdio>
 #include <memory>
@@ -9,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "gamer/core/parallel_for.h"
@@ -140,9 +139,7 @@ bool is_to_standard_output(const RenderJob& job) {
 
 /// Throws InputError for what standard output cannot hold.
 void check_stream(const RunOptions& options, const RenderJob& job, int ranks) {
-  const auto fail = [](const char* what) {
-    throw InputError(fmt::format("gamer: output '-': {}", what));
-  };
+  const auto fail = [](const char* what) { throw input_error("gamer: output '-': {}", what); };
   // Launchers may give a terminal to ranks.
   if (ranks > 1) fail("several ranks need a file");
   if (options.work.resume) fail("nothing is kept to resume; give a file");
@@ -196,10 +193,10 @@ void announce(const MessageLog& log, const ImageTask& work) {
 }
 
 /// Every rank calls it. `pixels` are those of all images.
-void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const RankReport& own,
+void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const RankReport& mine,
                              double pixels) {
   std::vector<RankReport> reports;
-  for (const std::string& packed : ranks.gather(pack_report(own))) {
+  for (const std::string& packed : ranks.gather(pack_report(mine))) {
     reports.push_back(unpack_report(packed));
   }
   log.table(report_text(reports, pixels));

@@ -1,18 +1,17 @@
 #include "job/scene_input.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 #include <zlib.h>
 
 #include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <memory>
 #include <string_view>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/image/data_table.h"
 #include "image/standard_stream.h"
@@ -84,7 +83,7 @@ Catalogue read_spooled_table(const std::string& content, const std::string& hdu)
   std::ofstream file(spool.path(), std::ios::binary);
   file.write(content.data(), static_cast<std::streamsize>(content.size()));
   file.close();
-  if (!file) throw RunError(fmt::format("{}: cannot be kept on disk", standard_input));
+  if (!file) throw run_error("{}: cannot be kept on disk", standard_input);
   try {
     return Catalogue::from_table(read_data_table(spool.path(), hdu), standard_input);
   } catch (const InputError& error) {

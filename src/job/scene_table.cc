@@ -1,13 +1,12 @@
 #include "job/scene_table.h"
 
-#include <fmt/format.h>
-
 #include <charconv>
 #include <limits>
 #include <numeric>
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/job/record.h"
 #include "gamer/scene/scene_columns.h"
 #include "scene/other_columns.h"
@@ -68,11 +67,11 @@ class ColumnMaker {
 
   void add(std::string_view word) {
     if (auto* reals = std::get_if<std::vector<double>>(&column_.values)) {
-      const auto* own = std::get_if<double>(&default_);
-      reals->push_back(number(word, own ? *own : std::numeric_limits<double>::quiet_NaN()));
+      const auto* stated = std::get_if<double>(&default_);
+      reals->push_back(number(word, stated ? *stated : std::numeric_limits<double>::quiet_NaN()));
     } else if (auto* integers = std::get_if<std::vector<std::int64_t>>(&column_.values)) {
-      const auto* own = std::get_if<std::int64_t>(&default_);
-      integers->push_back(number(word, own ? *own : std::int64_t{0}));
+      const auto* stated = std::get_if<std::int64_t>(&default_);
+      integers->push_back(number(word, stated ? *stated : std::int64_t{0}));
     } else {
       std::get<std::vector<std::string>>(column_.values)
           .emplace_back(word == no_value ? std::string_view() : word);
@@ -98,7 +97,7 @@ const Parameter& declared_column(std::string_view name) {
   for (const Parameter& column : scene_columns()) {
     if (column.name == name) return column;
   }
-  throw InputError({recorded_scene, 1, 0}, fmt::format("unknown column '{}'", name));
+  throw input_error({recorded_scene, 1, 0}, "unknown column '{}'", name);
 }
 
 /// The columns of the scene's list, which has a line of names and then a row on each line.

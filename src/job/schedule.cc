@@ -20,14 +20,14 @@ constexpr double noise_cost = 0.003;
 /// Cost of a pixel that no galaxy touches: it is cleared, finished, sent and written.
 constexpr double empty_pixel_cost = 0.01;
 
-// Steps of the grid of probed pixels.
-constexpr int most_probed_rows = 64;
-constexpr int most_probed_columns = 64;
-constexpr int rows_per_probe = 4;
-constexpr int columns_per_probe = 64;
-// Narrow images have more probes in a column, up to this number.
+// Steps of the grid of sampled pixels.
+constexpr int most_sampled_rows = 64;
+constexpr int most_sampled_columns = 64;
+constexpr int rows_per_sample = 4;
+constexpr int columns_per_sample = 64;
+// Narrow images have more samples in a column, up to this number.
 constexpr int few_columns = 8;
-constexpr int few_columns_per_probe = 16;
+constexpr int few_columns_per_sample = 16;
 
 constexpr std::size_t most_block_bytes = std::size_t{8} << 20;
 /// Blocks into which each worker's share of the rest is cut.
@@ -45,70 +45,71 @@ double estimated_cost(const RenderCounts& counts) {
          noise_cost * static_cast<double>(counts.noise_evaluations);
 }
 
-int probed_rows(int height) { return std::clamp(height / rows_per_probe, 1, most_probed_rows); }
+int sampled_rows(int height) { return std::clamp(height / rows_per_sample, 1, most_sampled_rows); }
 
-std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor) {
-  return probe_pixels(renderer, executor, probed_rows(renderer.height()));
+std::vector<CostSample> sample_costs(const Renderer& renderer, Executor& executor) {
+  return sample_costs(renderer, executor, sampled_rows(renderer.height()));
 }
 
-std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor, int rows) {
+std::vector<CostSample> sample_costs(const Renderer& renderer, Executor& executor, int rows) {
   const int width = renderer.width(), height = renderer.height();
-  const int few = std::min(width / few_columns_per_probe, few_columns);
-  const int columns = std::clamp(std::max(width / columns_per_probe, few), 1, most_probed_columns);
-  std::vector<ProbedPixel> probes;
+  const int few = std::min(width / few_columns_per_sample, few_columns);
+  const int columns =
+      std::clamp(std::max(width / columns_per_sample, few), 1, most_sampled_columns);
+  std::vector<CostSample> samples;
   for (int row = 0; row < rows; ++row) {
     const int y = static_cast<int>((row + 0.5) * height / rows);
     // Multiples of the golden ratio: columns of different rows do not align.
     const double shift = std::fmod(row * std::numbers::phi, 1.0);
     for (int k = 0; k < columns; ++k) {
-      probes.push_back({static_cast<int>((k + shift) * width / columns), y, 0});
+      samples.push_back({static_cast<int>((k + shift) * width / columns), y, 0});
     }
   }
   const auto per_row = static_cast<std::size_t>(columns);
-  const auto probe_of = [&](RowRange range, std::size_t i) -> ProbedPixel& {
-    return probes[static_cast<std::size_t>(range.first) * per_row + i];
+  const auto sample_of = [&](RowRange range, std::size_t i) -> CostSample& {
+    return samples[static_cast<std::size_t>(range.first) * per_row + i];
   };
   executor.run(
       even_blocks(rows, 1), per_row,
       [&](RowRange range, std::span<double> costs) {
         for (std::size_t i = 0; i < costs.size(); ++i) {
-          const ProbedPixel& probe = probe_of(range, i);
+          const CostSample& sample = sample_of(range, i);
           RenderCounts counts;
-          renderer.count_pixels(probe.x, probe.x + 1, probe.y, probe.y + 1, counts);
+          renderer.count_pixels(sample.x, sample.x + 1, sample.y, sample.y + 1, counts);
           costs[i] = estimated_cost(counts);
         }
       },
       [&](RowRange range, std::span<const double> costs) {
-        for (std::size_t i = 0; i < costs.size(); ++i) probe_of(range, i).cost = costs[i];
+        for (std::size_t i = 0; i < costs.size(); ++i) sample_of(range, i).cost = costs[i];
       });
-  return probes;
+  return samples;
 }
 
-std::vector<double> row_costs(std::span<const ProbedPixel> probes, int width, int height) {
-  std::vector<double> probed;
+std::vector<double> row_costs(std::span<const CostSample> samples, int width, int height) {
+  std::vector<double> sampled;
   int columns = 0;
-  for (std::size_t i = 0; i < probes.size(); ++i) {
-    if (i == 0 || probes[i].y != probes[i - 1].y) probed.push_back(0);
-    probed.back() += probes[i].cost;
-    columns += probed.size() == 1 ? 1 : 0;
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    if (i == 0 || samples[i].y != samples[i - 1].y) sampled.push_back(0);
+    sampled.back() += samples[i].cost;
+    columns += sampled.size() == 1 ? 1 : 0;
   }
-  const auto rows = static_cast<double>(probed.size());
+  const auto rows = static_cast<double>(sampled.size());
   std::vector<double> costs;
   costs.reserve(static_cast<std::size_t>(height));
   for (int y = 0; y < height; ++y) {
-    // Costs are linear between the probed rows.
+    // Costs are linear between the sampled rows.
     const double at = std::clamp((y + 0.5) * rows / height - 0.5, 0.0, rows - 1.0);
     const auto low = static_cast<std::size_t>(at);
-    const std::size_t high = std::min(low + 1, probed.size() - 1);
+    const std::size_t high = std::min(low + 1, sampled.size() - 1);
     const double share = at - static_cast<double>(low);
-    const double pixels = (1 - share) * probed[low] + share * probed[high];
+    const double pixels = (1 - share) * sampled[low] + share * sampled[high];
     costs.push_back(width * (pixels / columns + empty_pixel_cost));
   }
   return costs;
 }
 
 std::vector<double> estimate_row_costs(const Renderer& renderer, Executor& executor) {
-  return row_costs(probe_pixels(renderer, executor), renderer.width(), renderer.height());
+  return row_costs(sample_costs(renderer, executor), renderer.width(), renderer.height());
 }
 
 int most_block_rows(int width, int planes) {
@@ -145,7 +146,7 @@ std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, in
     blocks.push_back({first, last});
     first = last;
   }
-  std::stable_sort(blocks.begin(), blocks.end(), [&](const RowRange& a, const RowRange& b) {
+  std::ranges::stable_sort(blocks, [&](const RowRange& a, const RowRange& b) {
     return cost_of(a.first, a.last) > cost_of(b.first, b.last);
   });
   return blocks;

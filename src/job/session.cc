@@ -1,13 +1,12 @@
 #include "gamer/job/session.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <mutex>
 #include <new>
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/image/fits/fits.h"
@@ -36,7 +35,7 @@ namespace fs = std::filesystem;
 void add_galaxies(const RenderInput& input, const std::string& label, Resources& resources) {
   for (const auto& [name, text] : input.galaxies) {
     if (name.find('/') != std::string::npos) {
-      throw InputError(fmt::format("galaxy '{}': a name in memory has no '/'", name));
+      throw input_error("galaxy '{}': a name in memory has no '/'", name);
     }
     const fs::path file = (fs::path(label).parent_path() / (name + ".toml")).lexically_normal();
     const bool is_below = file.is_relative() && !file.generic_string().starts_with("../");
@@ -83,9 +82,9 @@ void append_row(const Image& image, int row, std::vector<double>& values) {
 }
 
 /// A render in progress.
-class Run {
+class RenderInProgress {
  public:
-  Run(const RenderControl& control, TeamExecutor& executor, Rendering& rendering)
+  RenderInProgress(const RenderControl& control, TeamExecutor& executor, Rendering& rendering)
       : control_(control), executor_(executor), job_(*rendering.job), rendering_(rendering) {}
 
   void render() {
@@ -195,7 +194,7 @@ void Rendering::write(const fs::path& path, bool overwrite) const {
   output.path = path;
   output.overwrite = overwrite;
   check_output_suffix(output);
-  const ImageHeader own = header();
+  const ImageHeader image_header = header();
   const std::vector<Card> cards = shortfall_cards(unconverged_rays);
   if (makes_stamps(job->parameters)) {
     std::vector<ImageRegion> regions;
@@ -204,9 +203,9 @@ void Rendering::write(const fs::path& path, bool overwrite) const {
       regions.push_back(stamp.region);
       pixels += static_cast<double>(stamp.region.width) * stamp.region.height;
     }
-    check_stamp_output(output, own, pixels);
-    const std::vector<StampHeader> descriptions = describe_stamps(*job, regions, own);
-    const auto writer = make_stamp_writer(output, own, stamps.size(),
+    check_stamp_output(output, image_header, pixels);
+    const std::vector<StampHeader> descriptions = describe_stamps(*job, regions, image_header);
+    const auto writer = make_stamp_writer(output, image_header, stamps.size(),
                                           [&](std::size_t stamp) { return descriptions[stamp]; });
     for (std::size_t stamp = 0; stamp < stamps.size(); ++stamp) {
       std::vector<double> values;
@@ -218,15 +217,15 @@ void Rendering::write(const fs::path& path, bool overwrite) const {
     writer->add_cards(cards);
     return writer->finish();
   }
-  check_output(output, own);
+  check_output(output, image_header);
   std::unique_ptr<ImageWriter> writer =
-      make_image_writer(toned_output(output, job->parameters), own);
+      make_image_writer(toned_output(output, job->parameters), image_header);
   const int planes = image.planes() + truth_images.planes();
   if (truth_images.planes() > 0) {
     RenderParameters parameters = job->parameters;
     parameters.image.output = output;
     ImageHeader truth_header = make_truth_header(*job);
-    truth_header.cards.push_back(own.cards.back());
+    truth_header.cards.push_back(image_header.cards.back());
     check_output(truth_output(parameters), truth_header);
     writer = make_split_writer(std::move(writer), image.planes(),
                                make_image_writer(truth_output(parameters), truth_header), planes,
@@ -292,7 +291,7 @@ Rendering Session::render(RenderJob job, const RenderControl& control) const {
     if (control.team) executor.agree(hash_text(0, pack_record(job.record)));
     complete(job, Ranks(), threads_, memory_.get());
     rendering.job = std::make_shared<const RenderJob>(std::move(job));
-    Run(control, executor, rendering).render();
+    RenderInProgress(control, executor, rendering).render();
     executor.leave();
   } catch (const std::bad_alloc&) {
     executor.leave(std::current_exception());

@@ -1,7 +1,5 @@
 #include "gamer/job/stamps.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,6 +8,7 @@
 #include <new>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
@@ -56,10 +55,10 @@ std::vector<ImageRegion> stamp_regions(const RenderJob& job) {
   for (const PlacedGalaxy& placed : job.scene->galaxies) {
     const std::optional<glm::dvec2> pixel = camera.pixel(placed.centre);
     if (!pixel) {
-      throw InputError(
-          fmt::format("a stamp of object {}{}: its centre has no pixel, because the "
-                      "projection does not show it",
-                      placed.object + 1, placed.id.empty() ? "" : fmt::format(" ({})", placed.id)));
+      throw input_error(
+          "a stamp of object {}{}: its centre has no pixel, because the projection does not show "
+          "it",
+          placed.object + 1, placed.id.empty() ? "" : fmt::format(" ({})", placed.id));
     }
     // The shortest side of a pixel counts.
     const double step = camera.pixel_size(placed.centre) / camera.distance(placed.centre);
@@ -82,10 +81,10 @@ std::vector<StampHeader> name_stamps(const RenderJob& job) {
   // The file's tables have their names, too.
   std::map<std::string, int> counts = {{"SCENE", 1}, {"TRUTH", 1}, {"INPUTS", 1}};
   for (std::size_t stamp = 0; stamp < stamps.size(); ++stamp) {
-    StampHeader& own = stamps[stamp];
-    if (own.name.empty()) own.name = fmt::format("OBJECT_{}", stamp + 1);
+    StampHeader& stamp_header = stamps[stamp];
+    if (stamp_header.name.empty()) stamp_header.name = fmt::format("OBJECT_{}", stamp + 1);
     // Readers find names in any case.
-    own.version = ++counts[in_capitals(own.name)];
+    stamp_header.version = ++counts[in_capitals(stamp_header.name)];
   }
   return stamps;
 }
@@ -96,17 +95,18 @@ std::vector<StampHeader> describe_stamps(const RenderJob& job, std::span<const I
                                          const ImageHeader& header) {
   std::vector<StampHeader> stamps = name_stamps(job);
   for (std::size_t stamp = 0; stamp < stamps.size(); ++stamp) {
-    StampHeader& own = stamps[stamp];
+    StampHeader& stamp_header = stamps[stamp];
     const ImageRegion& region = regions[stamp];
-    own.width = region.width;
-    own.height = region.height;
-    own.wcs_records = job.camera.with_window(region).wcs_records();
-    own.cards = {{"ROW", static_cast<long long>(stamp + 1), "of the tables SCENE and TRUTH"},
-                 {"LTV1", static_cast<double>(-region.left), "x here less x in the whole image"},
-                 {"LTV2", static_cast<double>(-region.bottom), "y here less y in the whole image"}};
+    stamp_header.width = region.width;
+    stamp_header.height = region.height;
+    stamp_header.wcs_records = job.camera.with_window(region).wcs_records();
+    stamp_header.cards = {
+        {"ROW", static_cast<long long>(stamp + 1), "of the tables SCENE and TRUTH"},
+        {"LTV1", static_cast<double>(-region.left), "x here less x in the whole image"},
+        {"LTV2", static_cast<double>(-region.bottom), "y here less y in the whole image"}};
     // A cube has numbered ones besides.
     for (const Card& card : header.cards) {
-      if (card.key == "MAGZERO" || card.key == "PHOTZP") own.cards.push_back(card);
+      if (card.key == "MAGZERO" || card.key == "PHOTZP") stamp_header.cards.push_back(card);
     }
   }
   return stamps;
@@ -155,7 +155,7 @@ Renderer StampRenderer::renderer(std::size_t stamp) const {
 std::size_t stamp_piece(std::span<const std::size_t> values, std::uint64_t most) {
   for (std::size_t piece = 256;; piece *= 2) {
     std::uint64_t pieces = 0;
-    for (const std::size_t own : values) pieces += (own + piece - 1) / piece;
+    for (const std::size_t count : values) pieces += (count + piece - 1) / piece;
     if (pieces <= most || pieces == values.size()) return piece;
   }
 }
@@ -229,10 +229,9 @@ StampTask::StampTask(RenderJob job, JobOptions options, int ranks, int threads)
   const std::uint64_t needed =
       static_cast<std::uint64_t>(held_blocks(ranks, threads)) * StampRenderer(job_).most_bytes();
   if (const std::uint64_t available = available_memory(); needed > available) {
-    throw InputError(
-        fmt::format("the largest stamps need {} of memory, {} is available; "
-                    "stamps.largest limits their size",
-                    bytes_text(needed), bytes_text(available)));
+    throw input_error(
+        "the largest stamps need {} of memory, {} is available; stamps.largest limits their size",
+        bytes_text(needed), bytes_text(available));
   }
 }
 

@@ -1,7 +1,5 @@
 #include "gamer/job/star_table.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -11,6 +9,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/job/star_tone.h"
 #include "gamer/sed/photometry.h"
@@ -155,11 +154,12 @@ void StarRows::fill(const StarPainter::Seen& star, glm::ivec2 pixel, std::span<d
 std::vector<Card> StarRows::cards() const {
   std::vector<Card> cards;
   for (std::size_t i = 0; i < renderer_.star_fields().fields().size(); ++i) {
-    const StarFields::Field& own = renderer_.star_fields().fields()[i];
-    cards.push_back({fmt::format("FIELD{}", i + 1), own.stars->name(), "component of the stars"});
-    if (std::isinf(own.limit)) continue;
+    const StarFields::Field& star_field = renderer_.star_fields().fields()[i];
     cards.push_back(
-        {fmt::format("QLIMIT{}", i + 1), own.limit, "all stars of larger luminosity/distance^2"});
+        {fmt::format("FIELD{}", i + 1), star_field.stars->name(), "component of the stars"});
+    if (std::isinf(star_field.limit)) continue;
+    cards.push_back({fmt::format("QLIMIT{}", i + 1), star_field.limit,
+                     "all stars of larger luminosity/distance^2"});
   }
   return cards;
 }
@@ -224,10 +224,10 @@ void check_memory(std::int64_t stars, std::size_t values) {
   const std::uint64_t needed = 2 * static_cast<std::uint64_t>(stars) * values * sizeof(double);
   const std::uint64_t available = available_memory();
   if (needed <= available) return;
-  throw RunError(
-      fmt::format("table STARS of {} stars needs {} of memory, {} is available; a smaller "
-                  "sampling.stars_per_pixel or a region has fewer stars",
-                  stars, bytes_text(needed), bytes_text(available)));
+  throw run_error(
+      "table STARS of {} stars needs {} of memory, {} is available; a smaller "
+      "sampling.stars_per_pixel or a region has fewer stars",
+      stars, bytes_text(needed), bytes_text(available));
 }
 
 }  // namespace
@@ -250,8 +250,8 @@ void check_star_table(const RenderJob& job) {
   const bool is_whole = job.scene->objects == job.scene->rows;
   if (is_whole && !has_star_field(*job.scene)) {
     fail(
-        "no galaxy of the scene has a component of class starfield; objects of the scene and "
-        "field stars are in table TRUTH (--truth)");
+        "no galaxy of the scene has a component of class starfield; objects of the scene and field "
+        "stars are in table TRUTH (--truth)");
   }
   if (!(parameters.sampling.stars_per_pixel > 0)) {
     fail("sampling.stars_per_pixel = 0 draws no star; give a larger value");
@@ -282,10 +282,10 @@ DataTable star_table(const RenderJob& job, const Renderer& renderer, Executor& e
   std::vector<std::int64_t> first(static_cast<std::size_t>(strips));
   std::int64_t total = 0;
   for (int strip = 0; strip < strips; ++strip) {
-    const int own = counts[static_cast<std::size_t>(strip)];
+    const int count_here = counts[static_cast<std::size_t>(strip)];
     first[static_cast<std::size_t>(strip)] = total;
-    total += own;
-    if (own > 0) blocks.push_back({strip * capacity, strip * capacity + own});
+    total += count_here;
+    if (count_here > 0) blocks.push_back({strip * capacity, strip * capacity + count_here});
   }
   const std::size_t values_per_star = stars.size();
   check_memory(total, values_per_star);
@@ -294,9 +294,9 @@ DataTable star_table(const RenderJob& job, const Renderer& renderer, Executor& e
       blocks, values_per_star,
       [&](RowRange rows, std::span<double> values) {
         const int strip = rows.first / capacity;
-        const std::vector<double> own = stars.describe(strip);
+        const std::vector<double> described = stars.describe(strip);
         const auto skipped = static_cast<std::size_t>(rows.first % capacity) * values_per_star;
-        std::ranges::copy(std::span(own).subspan(skipped, values.size()), values.begin());
+        std::ranges::copy(std::span(described).subspan(skipped, values.size()), values.begin());
       },
       [&](RowRange rows, std::span<const double> values) {
         const int strip = rows.first / capacity;

@@ -1,12 +1,11 @@
 #include "gamer/job/truth_table.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/units.h"
 #include "gamer/image/new_file.h"
@@ -46,7 +45,7 @@ void check_truth_table(const std::filesystem::path& path, const OutputOptions& i
     return;
   }
   const auto fail = [&](const std::string& reason) {
-    throw InputError(fmt::format("gamer: --truth-table {}: {}", path.string(), reason));
+    throw input_error("gamer: --truth-table {}: {}", path.string(), reason);
   };
   if (path.extension() != ".ecsv" && path.extension() != ".fits") {
     fail("the suffix must be .fits or .ecsv");
@@ -116,7 +115,7 @@ TruthRows::TruthRows(const RenderJob& job)
 }
 
 void TruthRows::describe(std::size_t object, std::span<double> row) const {
-  std::fill(row.begin(), row.end(), no_value);
+  std::ranges::fill(row, no_value);
   if (stars_[object] != nullptr) {
     describe_star(*stars_[object], row);
   } else {
@@ -246,9 +245,9 @@ DataTable truth_table(const RenderJob& job, Executor& executor,
         }
       },
       [&](RowRange rows, std::span<const double> values) {
-        std::copy(values.begin(), values.end(),
-                  all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(rows.first) *
-                                                            per_object));
+        std::ranges::copy(
+            values, all.begin() + static_cast<std::ptrdiff_t>(static_cast<std::size_t>(rows.first) *
+                                                              per_object));
         if (count) count(rows.size());
       });
   return truth.table(all);

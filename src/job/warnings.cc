@@ -78,8 +78,8 @@ std::string out_of_view(const RenderJob& job) {
   const Camera& camera = job.camera;
   const std::vector<PlacedGalaxy>& galaxies = job.scene->galaxies;
   if (camera.projection() == Projection::sky) return "no galaxy reaches into the image";
-  const auto nearest = std::min_element(
-      galaxies.begin(), galaxies.end(), [&](const PlacedGalaxy& a, const PlacedGalaxy& b) {
+  const auto nearest =
+      std::ranges::min_element(galaxies, [&](const PlacedGalaxy& a, const PlacedGalaxy& b) {
         return glm::distance(a.centre, camera.origin()) < glm::distance(b.centre, camera.origin());
       });
   return fmt::format(
@@ -153,7 +153,7 @@ std::vector<std::string> job_warnings(const RenderJob& job) {
 }
 
 bool has_light(std::span<const double> pixels, bool is_single_precision) {
-  return std::any_of(pixels.begin(), pixels.end(), [&](double value) {
+  return std::ranges::any_of(pixels, [&](double value) {
     return std::isfinite(value) &&
            (is_single_precision ? double{static_cast<float>(value)} : value) != 0;
   });

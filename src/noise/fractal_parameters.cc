@@ -1,7 +1,6 @@
 #include "gamer/noise/fractal_parameters.h"
 
 #include <cmath>
-#include <string>
 
 #include "gamer/core/random.h"
 

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cstddef>
@@ -10,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/parallel/team.h"
 
@@ -71,12 +70,12 @@ void TeamExecutor::meet(const std::exception_ptr& failure, std::uint64_t agreed)
   }
   if (failure) std::rethrow_exception(failure);
   for (std::size_t rank = 0; rank < size; ++rank) {
-    if (numbers[2 * rank] != 0) throw RunError(fmt::format("the render failed on rank {}", rank));
+    if (numbers[2 * rank] != 0) throw run_error("the render failed on rank {}", rank);
   }
   for (std::size_t rank = 0; rank < size; ++rank) {
     if (numbers[2 * rank + 1] == numbers[1]) continue;
     is_over_ = true;
-    throw InputError(fmt::format("ranks 0 and {} do not render equal images", rank));
+    throw input_error("ranks 0 and {} do not render equal images", rank);
   }
 }
 

@@ -1,11 +1,9 @@
 #include "parallel/worker_pool.h"
 
-#include <fmt/format.h>
-
 #include <system_error>
 #include <utility>
 
-#include "gamer/core/cancellation.h"
+#include "core/message.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 
@@ -27,7 +25,7 @@ WorkerPool::WorkerPool(int threads, std::size_t values_per_row, const Executor::
   } catch (const std::system_error& error) {
     stop();
     threads_.clear();
-    throw RunError(fmt::format("cannot start {} threads: {}", threads, error.what()));
+    throw run_error("cannot start {} threads: {}", threads, error.what());
   }
 }
 

@@ -1,7 +1,5 @@
 #include "processing/aperture.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <boost/math/tools/toms748_solve.hpp>
@@ -10,6 +8,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
@@ -62,7 +61,7 @@ SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
   const auto direction = [&](double dx, double dy) {
     const auto sky = wcs.sky(PixelPosition{x + 1 + dx, y + 1 + dy});
     if (!sky) {
-      throw InputError(fmt::format("pixel ({:.6g}, {:.6g}) shows no sky", x + 1 + dx, y + 1 + dy));
+      throw input_error("pixel ({:.6g}, {:.6g}) shows no sky", x + 1 + dx, y + 1 + dy);
     }
     const double ra = sky->ra * degree, dec = sky->dec * degree;
     return Vector3{std::cos(dec) * std::cos(ra), std::cos(dec) * std::sin(ra), std::sin(dec)};
@@ -258,7 +257,7 @@ std::vector<ApertureSum> aperture_sums(const Plane& plane, const Ellipses& ellip
   std::vector<ApertureSum> results(radii.size());
   if (radii.empty()) return results;
   std::vector<double> sorted(radii.begin(), radii.end());
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   // A pixel counts in full at the smallest ellipse that contains it, and in part at those that cut
   // it.
   struct Counts {
@@ -327,8 +326,8 @@ double radius_of_flux(const Plane& plane, const Ellipses& ellipses, double flux,
     for (int i = 1; i <= step_count; ++i) radii.push_back(low + (high - low) * i / step_count);
     const std::vector<ApertureSum> sums =
         aperture_sums(plane, ellipses, radii, background, threads);
-    const auto reached = std::find_if(sums.begin(), sums.end(),
-                                      [&](const ApertureSum& sum) { return sum.flux >= flux; });
+    const auto reached =
+        std::ranges::find_if(sums, [&](const ApertureSum& sum) { return sum.flux >= flux; });
     if (reached == sums.end()) return no_value;
     const auto step = static_cast<std::size_t>(reached - sums.begin());
     if (step > 0) {
@@ -433,9 +432,8 @@ Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius,
   for (int step = 0; step < most_steps; ++step) {
     const LightMoments light = moments(plane, moved, radius, background, threads);
     if (!(light.flux > 0) || !std::isfinite(light.x + light.y)) {
-      throw InputError(
-          fmt::format("the light about pixel ({:.6g}, {:.6g}) has no centroid: its sum is {:.6g}",
-                      moved.x() + 1, moved.y() + 1, light.flux));
+      throw input_error("the light about pixel ({:.6g}, {:.6g}) has no centroid: its sum is {:.6g}",
+                        moved.x() + 1, moved.y() + 1, light.flux);
     }
     const double distance = std::hypot(light.x - moved.x(), light.y - moved.y());
     moved = moved.moved_to(light.x, light.y);

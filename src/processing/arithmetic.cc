@@ -1,12 +1,11 @@
 #include "processing/arithmetic.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/error.h"
 
@@ -93,8 +92,8 @@ PlanePtr combined(std::vector<PlanePtr> planes, Combination combination, bool sk
   const Plane& first = *planes.front();
   for (const PlanePtr& plane : planes) {
     if (plane->width() == first.width() && plane->height() == first.height()) continue;
-    throw InputError(fmt::format("planes of {} x {} and {} x {} pixels do not fit", first.width(),
-                                 first.height(), plane->width(), plane->height()));
+    throw input_error("planes of {} x {} and {} x {} pixels do not fit", first.width(),
+                      first.height(), plane->width(), plane->height());
   }
   return std::make_shared<CombinedPlane>(std::move(planes), combination, skip_missing);
 }

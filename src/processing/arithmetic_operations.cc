@@ -1,11 +1,10 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "processing/arithmetic.h"
 #include "processing/operation_groups.h"
@@ -37,9 +36,8 @@ Operand read_operand(const OperationCall& call, const std::string& name) {
     }
   });
   if (!operand.variances.empty() && operand.variances.size() != operand.planes.size()) {
-    throw InputError(fmt::format("gutil {}: {} holds {} planes, and {} of variances",
-                                 call.operation, operand.name, operand.planes.size(),
-                                 operand.variances.size()));
+    throw wrong(call, "{} holds {} planes, and {} of variances", operand.name,
+                operand.planes.size(), operand.variances.size());
   }
   return operand;
 }
@@ -48,15 +46,15 @@ Operand read_operand(const OperationCall& call, const std::string& name) {
 std::size_t partner(const Operand& operand, const PlaneTask& task, const std::string& operation) {
   const std::size_t count = operand.planes.size();
   if (count != 1 && count != static_cast<std::size_t>(task.count)) {
-    throw InputError(fmt::format("gutil {}: {} has {} planes, {} has {}; expected as many, or one",
-                                 operation, operand.name, count, task.label, task.count));
+    throw input_error("gutil {}: {} has {} planes, {} has {}; expected as many, or one", operation,
+                      operand.name, count, task.label, task.count);
   }
   const std::size_t index = count == 1 ? 0 : static_cast<std::size_t>(task.index);
   const Plane& plane = *operand.planes[index];
   if (plane.width() != task.plane->width() || plane.height() != task.plane->height()) {
-    throw InputError(fmt::format("gutil {}: {} has {} x {} pixels, {} has {} x {}", operation,
-                                 operand.name, plane.width(), plane.height(), task.label,
-                                 task.plane->width(), task.plane->height()));
+    throw input_error("gutil {}: {} has {} x {} pixels, {} has {} x {}", operation, operand.name,
+                      plane.width(), plane.height(), task.label, task.plane->width(),
+                      task.plane->height());
   }
   return index;
 }
@@ -67,14 +65,13 @@ void check_units(const OperationCall& call, const Operand& operand, const PlaneI
   constexpr double zero_point_error = 1e-6;
   const PlaneInfo& info = task.info;
   if (!other.unit.empty() && !info.unit.empty() && other.unit != info.unit) {
-    throw InputError(fmt::format("gutil {}: the pixels of {} are in {}, those of {} in {}",
-                                 call.operation, operand.name, other.unit, task.label, info.unit));
+    throw wrong(call, "the pixels of {} are in {}, those of {} in {}", operand.name, other.unit,
+                task.label, info.unit);
   }
   if (!other.zero_point || !info.zero_point) return;
   if (std::abs(*other.zero_point - *info.zero_point) > zero_point_error) {
-    throw InputError(fmt::format(
-        "gutil {}: MAGZERO of {} is {}, of {} {}; gutil scale --unit makes them the same",
-        call.operation, operand.name, *other.zero_point, task.label, *info.zero_point));
+    throw wrong(call, "MAGZERO of {} is {}, of {} {}; gutil scale --unit makes them the same",
+                operand.name, *other.zero_point, task.label, *info.zero_point);
   }
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 #include <memory>
 #include <string>
 #include <utility>
@@ -100,8 +99,8 @@ int run_psf(const OperationCall& call) {
   const ParameterSet& parameters = call.parameters;
   const bool has_scale = parameters.has("pixel_scale");
   if (options.needs_scale() && !has_scale) {
-    options.fail(fmt::format("{} needs --pixel-scale",
-                             parameters.has("diameter") ? "--diameter" : "--unit arcsec"));
+    options.fail("{} needs --pixel-scale",
+                 parameters.has("diameter") ? "--diameter" : "--unit arcsec");
   }
   if (parameters.has("diameter") && !parameters.has("wavelength")) {
     options.fail("--diameter needs --wavelength");
@@ -195,7 +194,6 @@ Operation convolve_operation() {
 }
 
 Operation psf_operation() {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
       .name = "psf",
       .group = "Blur",
@@ -218,7 +216,7 @@ Operation psf_operation() {
           ParameterTable{
               Parameter::number("pixel_scale", "arcsec", Interval::left_open(0, 3600), std::nullopt,
                                 "side of a pixel"),
-              Parameter::numbers("wavelength", "Angstrom", positive, std::nullopt,
+              Parameter::numbers("wavelength", "Angstrom", Interval::positive(), std::nullopt,
                                  "wavelength for --diameter; one value, or one for each plane")},
       .example = "psf --psf airy --fwhm 3 --obscuration 0.33 --size 65 out.fits",
       .run = run_psf};

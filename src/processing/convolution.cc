@@ -49,8 +49,8 @@ class KernelCache {
 
   std::shared_ptr<const void> find(const void* owner) {
     const std::lock_guard lock(mutex_);
-    const auto entry = std::find_if(entries_.begin(), entries_.end(),
-                                    [owner](const Entry& e) { return e.owner == owner; });
+    const auto entry =
+        std::ranges::find_if(entries_, [owner](const Entry& e) { return e.owner == owner; });
     if (entry == entries_.end()) return nullptr;
     entries_.splice(entries_.begin(), entries_, entry);
     return entries_.front().kernel;
@@ -88,8 +88,7 @@ void check_stamp(const Stamp& stamp) {
       static_cast<std::size_t>(stamp.width) * static_cast<std::size_t>(stamp.height)) {
     throw std::invalid_argument("a stamp's values are not width * height");
   }
-  if (!std::all_of(stamp.values.begin(), stamp.values.end(),
-                   [](double v) { return std::isfinite(v); })) {
+  if (!std::ranges::all_of(stamp.values, [](double v) { return std::isfinite(v); })) {
     throw std::invalid_argument("a stamp's values are not finite");
   }
 }
@@ -309,7 +308,7 @@ std::vector<int> quick_lengths(int least, int most) {
       if (n >= least) lengths.push_back(n);
     }
   }
-  std::sort(lengths.begin(), lengths.end());
+  std::ranges::sort(lengths);
   return lengths;
 }
 
@@ -528,7 +527,7 @@ void ConvolvedPlane<Real>::convolve(const Kernel<Real>& kernel, const Area& inpu
   const int width = input.width - stamp_width_ + 1, height = input.height - stamp_height_ + 1;
   std::vector<Real> sums(static_cast<std::size_t>(width));
   for (int y = 0; y < height; ++y) {
-    std::fill(sums.begin(), sums.end(), Real{0});
+    std::ranges::fill(sums, Real{0});
     for (int j = 0; j < stamp_height_; ++j) {
       for (int i = 0; i < stamp_width_; ++i) {
         const auto factor =
@@ -538,7 +537,7 @@ void ConvolvedPlane<Real>::convolve(const Kernel<Real>& kernel, const Area& inpu
       }
     }
     // No later row needs this row.
-    std::copy(sums.begin(), sums.end(), values[y]);
+    std::ranges::copy(sums, values[y]);
   }
 }
 

@@ -1,14 +1,12 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/random.h"
 #include "processing/detector.h"
@@ -79,8 +77,8 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call), instrum
   output_unit_ = parameters.text("output_unit");
   is_gaussian_ = has("sigma") || has("snr");
   const auto exclude = [](const char* a, const char* b) {
-    throw InputError(fmt::format("{}{} and {} exclude each other; leave one out", context,
-                                 option_name(a), option_name(b)));
+    throw input_error("{}{} and {} exclude each other; leave one out", context, option_name(a),
+                      option_name(b));
   };
   if (has("sigma") && has("snr")) exclude("sigma", "snr");
   if (has("sky") && has("sky_rate")) exclude("sky", "sky_rate");
@@ -91,23 +89,22 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call), instrum
         "gain",     "bias",      "keep_sky",   "instrument"};
     for (const char* name : detector_name) {
       if (!parameters.is_given(name)) continue;
-      throw InputError(
-          fmt::format("{}{} is of a detector and does not go with {}, plain Gaussian "
-                      "noise; leave one out",
-                      context, option_name(name), has("sigma") ? "--sigma" : "--snr"));
+      throw input_error(
+          "{}{} is of a detector and does not go with {}, plain Gaussian noise; leave one out",
+          context, option_name(name), has("sigma") ? "--sigma" : "--snr");
     }
     return;
   }
   if (!has("exposure") && !instrument_.is_given()) {
-    throw InputError(
-        fmt::format("{}which noise? --exposure (s) or --instrument for a detector, "
-                    "--sigma or --snr for plain Gaussian noise",
-                    context));
+    throw input_error(
+        "{}which noise? --exposure (s) or --instrument for a detector, --sigma or --snr for plain "
+        "Gaussian noise",
+        context);
   }
   for (const char* name : {"gain", "bias"}) {
     if (parameters.is_given(name) && output_unit_ != "ADU") {
-      throw InputError(fmt::format("{}{} is of the converter to ADU; add --output-unit ADU",
-                                   context, option_name(name)));
+      throw input_error("{}{} is of the converter to ADU; add --output-unit ADU", context,
+                        option_name(name));
     }
   }
 }
@@ -122,9 +119,8 @@ PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
   const double ratio = value("snr", task);
   const double norm = signal_norm(*task.plane, task.threads);
   if (!(norm > 0 && std::isfinite(norm))) {
-    throw InputError(fmt::format("{}--snr needs light: plane {} of {} has {}; --sigma needs none",
-                                 context, task.info.plane + 1, task.label,
-                                 norm > 0 ? "infinite pixels" : "none"));
+    throw input_error("{}--snr needs light: plane {} of {} has {}; --sigma needs none", context,
+                      task.info.plane + 1, task.label, norm > 0 ? "infinite pixels" : "none");
   }
   noise.sigma = norm / ratio;
   return noise;
@@ -158,8 +154,8 @@ std::optional<double> NoiseOperation::sky(const PlaneTask& task) const {
   if (!instrument_.is_given()) return std::nullopt;
   const std::optional<double> own = instrument_.band(task).sky;
   if (own) return own;
-  throw InputError(fmt::format("{}{} has no sky in {}; give --sky or --sky-rate", context,
-                               instrument_.get().name, task.info.label));
+  throw input_error("{}{} has no sky in {}; give --sky or --sky-rate", context,
+                    instrument_.get().name, task.info.label);
 }
 
 /// Area to which the flux of MAGZERO belongs.
@@ -168,10 +164,10 @@ double area_of(const PlaneTask& task) {
   try {
     return calibrated_area(task.info.unit, task.header, task.label);
   } catch (const InputError& error) {
-    throw InputError(
-        fmt::format("{}a surface brightness ({}) becomes electrons by the size of "
-                    "pixels: {}; give --electrons-per-unit",
-                    context, task.info.unit, error.what()));
+    throw input_error(
+        "{}a surface brightness ({}) becomes electrons by the size of pixels: {}; give "
+        "--electrons-per-unit",
+        context, task.info.unit, error.what());
   }
 }
 
@@ -180,26 +176,25 @@ double NoiseOperation::electron_rate(const PlaneTask& task) const {
   const bool has_scale = has("electrons_per_unit");
   const std::optional<double> image_zero_point = task.info.zero_point;
   if (has_scale && has("zero_point") && image_zero_point) {
-    throw InputError(fmt::format(
+    throw input_error(
         "{}{} has MAGZERO, so --zero-point and --electrons-per-unit exclude each other; leave one "
         "out",
-        context, task.label));
+        context, task.label);
   }
   if (has_scale) return value("electrons_per_unit", task);
   const std::optional<double> own_zero_point = zero_point(task);
   if (!own_zero_point) {
     if (task.info.unit == electron_rate_unit) return 1;
-    throw InputError(fmt::format(
+    throw input_error(
         "{}how many electrons is light? Give --zero-point (AB magnitude of 1 electron/s){}",
         context,
         image_zero_point
             ? ""
-            : fmt::format(" or, as {} has no MAGZERO, --electrons-per-unit", task.label)));
+            : fmt::format(" or, as {} has no MAGZERO, --electrons-per-unit", task.label));
   }
   if (!image_zero_point) {
-    throw InputError(fmt::format("{}{} needs MAGZERO, and {} has none; give --electrons-per-unit",
-                                 context, has("zero_point") ? "--zero-point" : "--instrument",
-                                 task.label));
+    throw input_error("{}{} needs MAGZERO, and {} has none; give --electrons-per-unit", context,
+                      has("zero_point") ? "--zero-point" : "--instrument", task.label);
   }
   return area_of(task) * flux_ratio(*image_zero_point - *own_zero_point);
 }
@@ -214,17 +209,17 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
     rate_zero_point = *task.info.zero_point - magnitudes_of(rate / area_of(task));
   }
   if (!rate_zero_point) {
-    throw InputError(fmt::format(
+    throw input_error(
         "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; or give "
         "--sky-rate",
-        context, task.label));
+        context, task.label);
   }
   try {
     const double scale = pixel_scale(task.header, task.label);
     return scale * scale * flux_ratio(*brightness - *rate_zero_point);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}--sky needs the size of pixels: {}; give --sky-rate", context,
-                                 error.what()));
+    throw input_error("{}--sky needs the size of pixels: {}; give --sky-rate", context,
+                      error.what());
   }
 }
 
@@ -242,10 +237,10 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
   const double electrons = detector.electron_rate * detector.exposure;
   const double background_counts = detector.background();
   if (!(std::isnormal(electrons) && std::isfinite(background_counts))) {
-    throw InputError(
-        fmt::format("{}a pixel of value 1 of {} would be {:.6g} electrons, and the sky {:.6g}; "
-                    "check the zero points, --sky and --exposure",
-                    context, task.label, electrons, background_counts));
+    throw input_error(
+        "{}a pixel of value 1 of {} would be {:.6g} electrons, and the sky {:.6g}; check the zero "
+        "points, --sky and --exposure",
+        context, task.label, electrons, background_counts);
   }
   if (output_unit_ == "same") {
     noise.gain = electrons;
@@ -282,7 +277,7 @@ void set_common(FitsHeader& header, const std::string& key, const std::vector<do
                 const std::string& comment) {
   const int planes = static_cast<int>(values.size());
   for (int i = 0; i < planes; ++i) header.remove(fmt::format("{}{}", key, i + 1));
-  if (std::all_of(values.begin(), values.end(), [&](double v) { return v == values.front(); })) {
+  if (std::ranges::all_of(values, [&](double v) { return v == values.front(); })) {
     header.set({key, values.front(), comment});
     return;
   }
@@ -373,41 +368,40 @@ int run_noise(const OperationCall& call) {
 }
 
 ParameterTable noise_parameters() {
-  constexpr double positive_infinity = std::numeric_limits<double>::infinity();
   constexpr double most_exposures = 1e6;
-  const Interval not_negative = Interval::right_open(0, positive_infinity);
-  const Interval positive = Interval::open(0, positive_infinity);
   const auto list = [](const char* name, const char* unit, const Interval& interval,
                        const char* description) {
     return Parameter::numbers(name, unit, interval, std::nullopt, description);
   };
   return {
       InstrumentOption::parameter(),
-      list("exposure", "s", positive, "exposure time, of all exposures together; or one per plane"),
+      list("exposure", "s", Interval::positive(),
+           "exposure time, of all exposures together; or one per plane"),
       Parameter::integer("exposures", "", Interval::closed(1, most_exposures), 1,
                          "number of exposures added up; each has read noise and a full well"),
       list("zero_point", "mag", Interval::any(),
            "AB magnitude that gives 1 electron/s; or one per plane"),
-      list("electrons_per_unit", "electron/s", positive,
+      list("electrons_per_unit", "electron/s", Interval::positive(),
            "electrons per second of a pixel of value 1, for images without MAGZERO; or one per "
            "plane"),
       list("sky", "mag/arcsec^2", Interval::any(),
            "AB surface brightness of the sky; or one per plane"),
-      list("sky_rate", "electron/s", not_negative,
+      list("sky_rate", "electron/s", Interval::at_least(0),
            "sky, electrons per second and pixel; or one per plane"),
-      Parameter::number("dark", "electron/s", not_negative, 0.0, "dark current of a pixel"),
-      Parameter::number("read_noise", "electron", not_negative, 0.0,
+      Parameter::number("dark", "electron/s", Interval::at_least(0), 0.0,
+                        "dark current of a pixel"),
+      Parameter::number("read_noise", "electron", Interval::at_least(0), 0.0,
                         "rms noise of a pixel in one exposure"),
-      Parameter::number("full_well", "electron", positive, std::nullopt,
+      Parameter::number("full_well", "electron", Interval::positive(), std::nullopt,
                         "largest count of a pixel in one exposure"),
       Parameter::choice("output_unit", {"same", "electron", "ADU"}, "same",
                         "unit of the output: the input's, electrons, or ADU"),
-      Parameter::number("gain", "electron/ADU", positive, 1.0, "electrons of 1 ADU"),
+      Parameter::number("gain", "electron/ADU", Interval::positive(), 1.0, "electrons of 1 ADU"),
       Parameter::number("bias", "ADU", Interval::any(), 0.0, "what the converter adds"),
       Parameter::boolean("keep_sky", false, "leave the mean of sky and dark current in the image"),
-      list("sigma", "pixel units", not_negative,
+      list("sigma", "pixel units", Interval::at_least(0),
            "plain Gaussian noise of this rms; or one per plane"),
-      list("snr", "", positive,
+      list("snr", "", Interval::positive(),
            "plain Gaussian noise that gives the plane this signal-to-noise ratio; or one per "
            "plane"),
       Parameter::integer("seed", "", Interval::right_open(0, largest_seed), 1, "seed of the noise"),

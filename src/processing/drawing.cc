@@ -59,8 +59,6 @@ void Drawing::ellipse(double x, double y, double semi_major, double semi_minor, 
   outline(width);
 }
 
-void Drawing::fill() { cairo_fill(cairo_.get()); }
-
 void Drawing::outline(double width) {
   cairo_set_line_width(cairo_.get(), width);
   cairo_stroke(cairo_.get());

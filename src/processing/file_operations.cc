@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cctype>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
@@ -50,8 +49,8 @@ void take_plane_cards(const FitsHdu& hdu, int plane, StackedPlane& out) {
     header.remove(key);
     for (int i = 1; i <= hdu.planes; ++i) header.remove(fmt::format("{}{}", key, i));
   }
-  const bool has_wavelength = std::any_of(out.cards.begin(), out.cards.end(),
-                                          [](const Card& card) { return card.key == "WAVELEN"; });
+  const bool has_wavelength =
+      std::ranges::any_of(out.cards, [](const Card& card) { return card.key == "WAVELEN"; });
   if (out.info.wavelength && !has_wavelength) {
     out.cards.push_back({"WAVELEN", *out.info.wavelength, "[Angstrom] wavelength"});
   }
@@ -77,7 +76,7 @@ std::vector<StackedPlane> read_planes(const OperationCall& call,
         take_plane_cards(hdu, plane, next);
       }
     }
-    if (planes.size() == before) throw InputError(fmt::format("{}: no image in it", input.name()));
+    if (planes.size() == before) throw input_error("{}: no image in it", input.name());
   }
   return planes;
 }
@@ -90,8 +89,8 @@ std::vector<StackedPlane> chosen_planes(const OperationCall& call,
       const bool is_there = wanted == std::floor(wanted) && wanted >= 1 &&
                             wanted <= static_cast<double>(planes.size());
       if (!is_there) {
-        throw InputError(fmt::format("gutil stack: --planes {}: there are planes 1 to {}", wanted,
-                                     planes.size()));
+        throw input_error("gutil stack: --planes {}: there are planes 1 to {}", wanted,
+                          planes.size());
       }
       chosen.push_back(planes[static_cast<std::size_t>(wanted) - 1]);
     }
@@ -100,12 +99,12 @@ std::vector<StackedPlane> chosen_planes(const OperationCall& call,
   if (call.parameters.text("order") == "wavelength") {
     for (const StackedPlane& plane : planes) {
       if (plane.info.wavelength) continue;
-      throw InputError(
-          fmt::format("gutil stack: {} has no WAVELEN card and no axis of wavelengths to order its "
-                      "planes by; see gutil header",
-                      plane.file));
+      throw input_error(
+          "gutil stack: {} has no WAVELEN card and no axis of wavelengths to order its planes by; "
+          "see gutil header",
+          plane.file);
     }
-    std::stable_sort(planes.begin(), planes.end(), [](const auto& a, const auto& b) {
+    std::ranges::stable_sort(planes, [](const auto& a, const auto& b) {
       return *a.info.wavelength < *b.info.wavelength;
     });
   }
@@ -117,17 +116,15 @@ void check_planes_fit(const std::vector<StackedPlane>& planes, bool one_unit) {
   for (const StackedPlane& other : planes) {
     if (other.plane->width() != first.plane->width() ||
         other.plane->height() != first.plane->height()) {
-      throw InputError(
-          fmt::format("gutil stack: {} has {} x {} pixels, {} has {} x {}; a cube has "
-                      "planes of one size",
-                      other.file, other.plane->width(), other.plane->height(), first.file,
-                      first.plane->width(), first.plane->height()));
+      throw input_error(
+          "gutil stack: {} has {} x {} pixels, {} has {} x {}; a cube has planes of one size",
+          other.file, other.plane->width(), other.plane->height(), first.file, first.plane->width(),
+          first.plane->height());
     }
     if (one_unit && other.info.unit != first.info.unit) {
-      throw InputError(
-          fmt::format("gutil stack: the pixels of {} are in '{}', those of {} in '{}'; "
-                      "a cube has one unit",
-                      other.file, other.info.unit, first.file, first.info.unit));
+      throw input_error(
+          "gutil stack: the pixels of {} are in '{}', those of {} in '{}'; a cube has one unit",
+          other.file, other.info.unit, first.file, first.info.unit);
     }
   }
 }
@@ -255,9 +252,8 @@ void check_key(const std::string& option, const std::string& key) {
   const bool is_odd =
       name.size() <= standard_length && name.find_first_not_of(standard) != std::string::npos;
   if (!is_reserved && !is_odd) return;
-  throw InputError(
-      fmt::format("gutil header: {}: {} cannot name a card; up to 8 letters, digits, - and _ can",
-                  option, in_quotes(key)));
+  throw input_error("gutil header: {}: {} cannot name a card; up to 8 letters, digits, - and _ can",
+                    option, in_quotes(key));
 }
 
 /// A value in quotes (two quotes within it mean one) and the text after it; nothing for other
@@ -284,8 +280,8 @@ std::optional<std::pair<std::string, std::string>> parse_quoted(const std::strin
 Card parse_setting(const std::string& text) {
   const std::size_t equals = text.find('=');
   if (equals == std::string::npos || equals == 0) {
-    throw InputError(fmt::format(
-        "gutil header: --set {}: expected KEY=value or KEY=value / comment", in_quotes(text)));
+    throw input_error("gutil header: --set {}: expected KEY=value or KEY=value / comment",
+                      in_quotes(text));
   }
   Card card;
   card.key = trimmed(text.substr(0, equals));
@@ -325,16 +321,14 @@ void edit_header(const OperationCall& call, const FitsInput& input,
   const ParameterSet& parameters = call.parameters;
   for (const std::string& key : parameters.texts("delete")) {
     if (!header.remove(key)) {
-      throw InputError(
-          fmt::format("gutil header: --delete {}: {} has no such card", key, input.name()));
+      throw input_error("gutil header: --delete {}: {} has no such card", key, input.name());
     }
   }
   for (const std::string& text : parameters.texts("set")) header.set(parse_setting(text));
   for (const std::string& key : parameters.texts("copy")) {
     const std::optional<Card> card = source_header(*source).card(key);
     if (!card) {
-      throw InputError(
-          fmt::format("gutil header: --copy {}: {} has no such card", key, source->name()));
+      throw input_error("gutil header: --copy {}: {} has no such card", key, source->name());
     }
     check_key("--copy " + key, key);
     header.set(*card);
@@ -356,7 +350,7 @@ int edit_file(const OperationCall& call) {
       chosen_hdus(call.operation, input, call.parameters.text("hdu"));
   FitsOutput output({call.inputs.back(), call.overwrite});
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
-    if (std::find(chosen.begin(), chosen.end(), i) == chosen.end()) {
+    if (std::ranges::find(chosen, i) == chosen.end()) {
       output.copy(input, i);
       continue;
     }
@@ -385,8 +379,8 @@ int show_header(const OperationCall& call) {
     for (const std::string& key : keys) {
       const auto value = hdu.header.text(key);
       if (!value) {
-        throw InputError(
-            fmt::format("gutil header: --get {}: {} has no such card", key, hdu_label(input, hdu)));
+        throw input_error("gutil header: --get {}: {} has no such card", key,
+                          hdu_label(input, hdu));
       }
       call.print(*value + "\n");
     }

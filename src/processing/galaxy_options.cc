@@ -13,6 +13,7 @@
 #include "gamer/core/capitals.h"
 #include "gamer/core/units.h"
 #include "processing/aperture.h"
+#include "processing/measurement_table.h"
 
 namespace gamer {
 namespace {
@@ -32,8 +33,7 @@ std::optional<PlanePoint> given_centre(const OperationCall& call, const PlaneTas
     const double ra = parameters.numbers("position")[0], dec = parameters.numbers("position")[1];
     const auto pixel = wcs->pixel({ra, dec});
     if (!pixel) {
-      throw wrong(call,
-                  fmt::format("--position {:g},{:g} has no pixel in {}", ra, dec, task.label));
+      throw wrong(call, "--position {:g},{:g} has no pixel in {}", ra, dec, task.label);
     }
     place = {pixel->x - 1, pixel->y - 1};
   } else {
@@ -42,10 +42,8 @@ std::optional<PlanePoint> given_centre(const OperationCall& call, const PlaneTas
   const Plane& plane = *task.plane;
   if (!(place.x >= -0.5 && place.x <= plane.width() - 0.5 && place.y >= -0.5 &&
         place.y <= plane.height() - 0.5)) {
-    throw wrong(call,
-                fmt::format("the centre ({:.6g}, {:.6g}) lies outside {}, which has {} x {} "
-                            "pixels",
-                            place.x + 1, place.y + 1, task.label, plane.width(), plane.height()));
+    throw wrong(call, "the centre ({:.6g}, {:.6g}) lies outside {}, which has {} x {} pixels",
+                place.x + 1, place.y + 1, task.label, plane.width(), plane.height());
   }
   return place;
 }
@@ -69,8 +67,8 @@ double sky_level(const OperationCall& call, const PlaneTask& task, const GalaxyP
       annulus_background(*memory_plane(galaxy.image), Ellipses(centre.x, centre.y), annulus[0],
                          annulus[1], BackgroundMethod::clipped, call.threads);
   if (background.count == 0) {
-    throw wrong(call, fmt::format("--annulus {:g},{:g} holds no finite pixel of {}", annulus[0],
-                                  annulus[1], task.label));
+    throw wrong(call, "--annulus {:g},{:g} holds no finite pixel of {}", annulus[0], annulus[1],
+                task.label);
   }
   return background.level;
 }
@@ -87,7 +85,7 @@ ParameterTable galaxy_parameters() {
                          "ra,dec, instead of --center"),
       Parameter::number("sky", "unit of the pixels", Interval::any(), 0.0,
                         "sky to subtract from each pixel"),
-      Parameter::vector2("annulus", "pixels", not_negative, std::nullopt,
+      Parameter::vector2("annulus", "pixels", Interval::at_least(0), std::nullopt,
                          "inner,outer radius; subtract the mean within 3 sigma there, instead of "
                          "--sky"),
   };
@@ -110,9 +108,8 @@ std::vector<PlaneTask> chosen_planes(const OperationCall& call, const FitsInput&
     bool is_found = false;
     for (const PlaneTask& task : all) is_found = is_found || is_named(task, word);
     if (!is_found) {
-      throw wrong(call, fmt::format("--planes {}: {} has no plane '{}'; there are {}",
-                                    call.parameters.text("planes"), input.name(), word,
-                                    fmt::join(names, ", ")));
+      throw wrong(call, "--planes {}: {} has no plane '{}'; there are {}",
+                  call.parameters.text("planes"), input.name(), word, fmt::join(names, ", "));
     }
   }
   std::vector<PlaneTask> chosen;
@@ -134,7 +131,7 @@ GalaxyPlane galaxy_plane(const OperationCall& call, const PlaneTask& task) {
     galaxy.wcs = celestial_wcs(task.header, task.label);
   } catch (const InputError& error) {
     if (call.parameters.has("position")) {
-      throw wrong(call, fmt::format("--position needs celestial coordinates: {}", error.what()));
+      throw wrong(call, "--position needs celestial coordinates: {}", error.what());
     }
   }
   galaxy.start = given_centre(call, task, galaxy.wcs);
@@ -180,7 +177,7 @@ DataTable printed_columns(const OperationCall& call, const DataTable& table,
   DataTable printed;
   printed.name = table.name;
   for (const DataColumn& column : table.columns) {
-    if (std::find(names.begin(), names.end(), column.name) != names.end()) {
+    if (std::ranges::find(names, column.name) != names.end()) {
       printed.columns.push_back(column);
     }
   }

@@ -6,7 +6,6 @@
 
 #include "gamer/image/wcs.h"
 #include "processing/galaxy_shape.h"
-#include "processing/measurement_table.h"
 #include "processing/plane_operation.h"
 
 namespace gamer {

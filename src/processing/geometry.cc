@@ -226,8 +226,8 @@ class BinnedPlane final : public Plane {
         out[i] *= pixels_ / (pixels_ - lost);
       }
     }
-    std::fill(sums.begin(), sums.end(), 0);
-    std::fill(missing.begin(), missing.end(), 0);
+    std::ranges::fill(sums, 0);
+    std::ranges::fill(missing, 0);
   }
 
   PlanePtr source_;

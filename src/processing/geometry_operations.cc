@@ -1,11 +1,10 @@
-#include <fmt/format.h>
-
 #include <cmath>
 #include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
@@ -39,10 +38,6 @@ constexpr const char* missing_text =
     "An output pixel is missing (NaN) where missing pixels carry a quarter or more of its weights "
     "(absolute values). Otherwise the weights of the present pixels are scaled up.";
 
-InputError error_of(const OperationCall& call, const std::string& message) {
-  return InputError(fmt::format("gutil {}: {}", call.operation, message));
-}
-
 /// The map of pixels that an operation applies to an image of some size.
 using MapOf = std::function<PixelMap(const FitsHeader& header, int width, int height)>;
 
@@ -58,8 +53,7 @@ int change_geometry(const OperationCall& call, const PlaneChange& change, const 
 
 int checked_side(const OperationCall& call, double side) {
   if (side > longest_side) {
-    throw error_of(
-        call, fmt::format("the image becomes {:.0f} pixels long; at most {}", side, longest_side));
+    throw wrong(call, "the image becomes {:.0f} pixels long; at most {}", side, longest_side);
   }
   return static_cast<int>(side);
 }
@@ -69,8 +63,7 @@ double fill_of(const OperationCall& call, const char* name = "fill") {
   const std::string& text = call.parameters.text(name);
   const std::optional<double> value = number_of<double>(text);
   if (!value || std::isinf(*value)) {
-    throw error_of(
-        call, fmt::format("{} {}: expected a number, or nan", option_name(name), in_quotes(text)));
+    throw wrong(call, "{} {}: expected a number, or nan", option_name(name), in_quotes(text));
   }
   return *value;
 }
@@ -85,7 +78,7 @@ std::vector<int> whole_numbers(const OperationCall& call, const char* name) {
   std::vector<int> result;
   for (const double value : call.parameters.numbers(name)) {
     if (value != std::round(value)) {
-      throw error_of(call, fmt::format("--{}: {} is no whole number", name, value));
+      throw wrong(call, "--{}: {} is no whole number", name, value);
     }
     result.push_back(static_cast<int>(value));
   }
@@ -189,11 +182,11 @@ Area box_of_ends(const OperationCall& call) {
   const std::vector<int> ends = whole_numbers(call, "box");
   constexpr std::size_t end_count = 4;
   if (ends.size() != end_count) {
-    throw error_of(call, fmt::format("--box has {} numbers; expected x1,x2,y1,y2", ends.size()));
+    throw wrong(call, "--box has {} numbers; expected x1,x2,y1,y2", ends.size());
   }
   if (ends[0] > ends[1] || ends[2] > ends[3]) {
-    throw error_of(call, fmt::format("--box {}: expected x1,x2,y1,y2 with x1 <= x2 and y1 <= y2",
-                                     fmt::join(ends, ",")));
+    throw wrong(call, "--box {}: expected x1,x2,y1,y2 with x1 <= x2 and y1 <= y2",
+                fmt::join(ends, ","));
   }
   return {ends[0] - 1, ends[2] - 1, ends[1] - ends[0] + 1, ends[3] - ends[2] + 1};
 }
@@ -206,14 +199,15 @@ class CropBoxes {
     const bool has_center = parameters.has("center"), has_position = parameters.has("position");
     const bool by_middle = has_center || has_position || parameters.has("size");
     if (parameters.has("box") == by_middle || (has_center && has_position)) {
-      throw error_of(call,
-                     "give either --box x1,x2,y1,y2, or --center x,y or --position ra,dec with "
-                     "--size w,h");
+      throw wrong(
+          call,
+          "give either --box x1,x2,y1,y2, or --center x,y or --position ra,dec with --size w,h");
     }
     if (by_middle) {
       if (!(has_center || has_position) || !parameters.has("size")) {
-        throw error_of(call, has_position ? "--position ra,dec and --size w,h go together"
-                                          : "--center x,y and --size w,h go together");
+        throw wrong(call, "{}",
+                    has_position ? "--position ra,dec and --size w,h go together"
+                                 : "--center x,y and --size w,h go together");
       }
       size_ = whole_numbers(call, "size");
     }
@@ -258,11 +252,10 @@ class CropBoxes {
     const bool is_all_outside = is_beyond(area.x, area.width, plane.width()) ||
                                 is_beyond(area.y, area.height, plane.height());
     if (is_all_outside || (is_outside && !is_padded_)) {
-      throw error_of(call_,
-                     fmt::format("the box {},{},{},{} {} {}, which has {} x {} pixels", area.x + 1,
-                                 area.x + area.width, area.y + 1, area.y + area.height,
-                                 is_padded_ ? "lies outside" : "reaches outside", task.label,
-                                 plane.width(), plane.height()));
+      throw wrong(call_, "the box {},{},{},{} {} {}, which has {} x {} pixels", area.x + 1,
+                  area.x + area.width, area.y + 1, area.y + area.height,
+                  is_padded_ ? "lies outside" : "reaches outside", task.label, plane.width(),
+                  plane.height());
     }
     checked_side(call_, area.width);
     checked_side(call_, area.height);
@@ -329,24 +322,22 @@ Operation crop_operation() {
 Margins margins_of(const OperationCall& call, int width, int height) {
   const ParameterSet& parameters = call.parameters;
   if (parameters.has("margin") == parameters.has("size")) {
-    throw error_of(call, "give either --margin n (or left,right,bottom,top) or --size w,h");
+    throw wrong(call, "give either --margin n (or left,right,bottom,top) or --size w,h");
   }
   if (parameters.has("margin")) {
     const std::vector<int> margin = whole_numbers(call, "margin");
     if (margin.size() == 1) return {margin[0], margin[0], margin[0], margin[0]};
     constexpr std::size_t side_count = 4;
     if (margin.size() != side_count) {
-      throw error_of(call, fmt::format("--margin has {} numbers; expected one, or "
-                                       "left,right,bottom,top",
-                                       margin.size()));
+      throw wrong(call, "--margin has {} numbers; expected one, or left,right,bottom,top",
+                  margin.size());
     }
     return {margin[0], margin[1], margin[2], margin[3]};
   }
   const std::vector<int> size = whole_numbers(call, "size");
   if (size[0] < width || size[1] < height) {
-    throw error_of(call, fmt::format("--size {},{} is less than the image's {} x {} pixels (crop "
-                                     "cuts)",
-                                     size[0], size[1], width, height));
+    throw wrong(call, "--size {},{} is less than the image's {} x {} pixels (crop cuts)", size[0],
+                size[1], width, height);
   }
   const int left = (size[0] - width) / 2, bottom = (size[1] - height) / 2;
   return {left, size[0] - width - left, bottom, size[1] - height - bottom};
@@ -399,9 +390,9 @@ int bin_file(const OperationCall& call) {
     const int width = task.plane->width(), height = task.plane->height();
     const std::string what =
         fmt::format("--factor {},{}: {} has {} x {} pixels", n[0], n[1], task.label, width, height);
-    if (n[0] > width || n[1] > height) throw error_of(call, what);
+    if (n[0] > width || n[1] > height) throw wrong(call, "{}", what);
     if (!trim && (width % n[0] != 0 || height % n[1] != 0)) {
-      throw error_of(call, what + ", no multiple of it; --trim leaves the rest out");
+      throw wrong(call, "{}, no multiple of it; --trim leaves the rest out", what);
     }
     return task.plane;
   };
@@ -457,8 +448,7 @@ ResampleGrid grid_of(const OperationCall& call, const FitsHeader& header, int wi
     const double scale = parameters.number("scale");
     factor = old_scale / scale;
     if (!(factor >= least_factor && factor <= most_factor)) {
-      throw error_of(
-          call, fmt::format("--scale {}: the input has pixels of {:.6g} arcsec", scale, old_scale));
+      throw wrong(call, "--scale {}: the input has pixels of {:.6g} arcsec", scale, old_scale);
     }
   }
   checked_side(call, width * factor);
@@ -469,7 +459,7 @@ ResampleGrid grid_of(const OperationCall& call, const FitsHeader& header, int wi
 int resample_file(const OperationCall& call) {
   int ways = 0;
   for (const char* name : {"factor", "scale", "size"}) ways += call.parameters.has(name) ? 1 : 0;
-  if (ways != 1) throw error_of(call, "give one of --factor, --scale and --size");
+  if (ways != 1) throw wrong(call, "give one of --factor, --scale and --size");
   const Kernel kernel = kernel_of(call.parameters.text("kernel"));
   return change_geometry(
       call,

@@ -10,7 +10,7 @@ namespace gamer {
 
 double gini(std::vector<double> values) {
   for (double& value : values) value = std::fabs(value);
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   const auto n = static_cast<double>(values.size());
   double weighted = 0, sum = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -31,7 +31,7 @@ double m20(std::vector<LitPixel> pixels) {
   if (!(flux > 0)) return no_value;
   x /= flux;
   y /= flux;
-  std::sort(pixels.begin(), pixels.end(), [](const LitPixel& a, const LitPixel& b) {
+  std::ranges::sort(pixels, [](const LitPixel& a, const LitPixel& b) {
     if (a.flux != b.flux) return a.flux > b.flux;
     return a.y != b.y ? a.y < b.y : a.x < b.x;
   });

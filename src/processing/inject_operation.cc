@@ -1,14 +1,12 @@
-#include <fmt/format.h>
-
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/random.h"
 #include "processing/convolution.h"
@@ -67,8 +65,9 @@ class InjectOperation {
 
  private:
   bool has(const char* name) const { return call_.parameters.has(name); }
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(fmt::format("gutil inject: {}", what));
+  template <class... Values>
+  [[noreturn]] void fail(fmt::format_string<Values...> message, Values&&... values) const {
+    throw wrong(call_, message, std::forward<Values>(values)...);
   }
   void read_render();
   std::size_t science_hdu() const;
@@ -108,13 +107,13 @@ InjectOperation::InjectOperation(const OperationCall& call)
   } else {
     for (const Parameter& parameter : psf_parameters({})) {
       if (!call.parameters.is_given(parameter.name)) continue;
-      fail(fmt::format("{} needs --psf or --instrument", option_name(parameter.name)));
+      fail("{} needs --psf or --instrument", option_name(parameter.name));
     }
   }
   if (call.parameters.boolean("no_noise")) {
     for (const char* name : {"gain", "seed"}) {
       if (!call.parameters.is_given(name)) continue;
-      fail(fmt::format("{} is of the noise, and --no-noise leaves it out", option_name(name)));
+      fail("{} is of the noise, and --no-noise leaves it out", option_name(name));
     }
   }
   read_render();
@@ -132,8 +131,8 @@ void InjectOperation::read_render() {
   }
   const auto number = static_cast<std::size_t>(call_.parameters.integer("plane"));
   if (number > all.size()) {
-    fail(fmt::format("--plane {}: {} has {} plane{}", number, render_.name(), all.size(),
-                     all.size() == 1 ? "" : "s"));
+    fail("--plane {}: {} has {} plane{}", number, render_.name(), all.size(),
+         all.size() == 1 ? "" : "s");
   }
   lights_.push_back(all[number - 1]);
 }
@@ -144,19 +143,18 @@ std::size_t InjectOperation::science_hdu() const {
   const std::vector<std::size_t> chosen = chosen_hdus("inject", science_, text);
   const FitsHdu& hdu = science_.hdus()[chosen.front()];
   if (chosen.size() > 1) {
-    fail(fmt::format("--hdu {} names {} HDUs of {}; one is needed", text, chosen.size(),
-                     science_.name()));
+    fail("--hdu {} names {} HDUs of {}; one is needed", text, chosen.size(), science_.name());
   }
   if (!hdu.is_image()) {
-    fail(fmt::format("HDU {} of {} is no image", hdu.number, science_.name()));
+    fail("HDU {} of {} is no image", hdu.number, science_.name());
   }
   return chosen.front();
 }
 
 const PlaneTask& InjectOperation::light_of(const PlaneTask& science) const {
   if (lights_.size() != static_cast<std::size_t>(science.count)) {
-    fail(fmt::format("{} has {} planes, {} has {}; as many are needed, or --plane", render_.name(),
-                     lights_.size(), science.label, science.count));
+    fail("{} has {} planes, {} has {}; as many are needed, or --plane", render_.name(),
+         lights_.size(), science.label, science.count);
   }
   return lights_[static_cast<std::size_t>(science.index)];
 }
@@ -173,8 +171,8 @@ CardValue InjectOperation::zero_point(const PlaneTask& science, const PlaneTask&
     return {instrument_.band(light).zero_point + magnitudes_of(own.gain / own.exposure),
             "--instrument"};
   }
-  fail(fmt::format("{} has no zero point ({}); give --zero-point (AB magnitude of the value 1)",
-                   science.label, fmt::join(zero_point_keys(), ", ")));
+  fail("{} has no zero point ({}); give --zero-point (AB magnitude of the value 1)", science.label,
+       fmt::join(zero_point_keys(), ", "));
 }
 
 std::optional<CardValue> InjectOperation::gain(const PlaneTask& science) const {
@@ -183,9 +181,8 @@ std::optional<CardValue> InjectOperation::gain(const PlaneTask& science) const {
   const auto card = gain_of(headers_, science.info.plane, science.info.planes);
   if (card) return card;
   if (instrument_.is_given()) return CardValue{instrument_.get().gain, "--instrument"};
-  fail(fmt::format(
-      "{} has no positive {}; give --gain (electrons per unit of the pixels), or --no-noise",
-      science.label, fmt::join(gain_keys(), " or ")));
+  fail("{} has no positive {}; give --gain (electrons per unit of the pixels), or --no-noise",
+       science.label, fmt::join(gain_keys(), " or "));
 }
 
 /// Science value of a render's pixel of value 1.
@@ -193,16 +190,16 @@ double InjectOperation::factor(const PlaneTask& science, const PlaneTask& light,
                                double zero_point) const {
   if (!light.info.zero_point) {
     fail(
-        fmt::format("{} has no MAGZERO, so its light has no magnitude; render a scene with "
-                    "magnitudes, or set the card with gutil header --set MAGZERO=",
-                    light.label));
+        "{} has no MAGZERO, so its light has no magnitude; render a scene with magnitudes, or set "
+        "the card with gutil header --set MAGZERO=",
+        light.label);
   }
   const double ratio = flux_ratio(*light.info.zero_point - zero_point);
   const double factor = ratio * calibrated_area(light.info.unit, light.header, light.label) /
                         calibrated_area(science.info.unit, science.header, science.label);
   if (!std::isnormal(factor)) {
-    fail(fmt::format("a pixel of value 1 of {} would be {:.6g} in {}; check the zero points",
-                     light.label, factor, science.label));
+    fail("a pixel of value 1 of {} would be {:.6g} in {}; check the zero points", light.label,
+         factor, science.label);
   }
   return factor;
 }
@@ -220,9 +217,9 @@ void InjectOperation::check_sides(const PlaneTask& science, const PlaneTask& lig
   const double difference = grid_difference(*large, middle, *small, own);
   if (difference <= most_side_error) return;
   fail(
-      fmt::format("the sides of pixels of {} and {} differ by {:.3g} of a side on the sky; render "
-                  "with the science image's pixel_scale and rotation, or give --ignore-wcs",
-                  light.label, science.label, difference));
+      "the sides of pixels of {} and {} differ by {:.3g} of a side on the sky; render with the "
+      "science image's pixel_scale and rotation, or give --ignore-wcs",
+      light.label, science.label, difference);
 }
 
 /// The box of the render on the science image by the coordinates of both, or of one size.
@@ -240,17 +237,16 @@ LightPlace InjectOperation::place_by_grids(const PlaneTask& science, const Plane
       return place;
     }
     fail(
-        fmt::format("the pixels of {} do not lie on those of {}{}; render with camera.header = "
-                    "the science image, give --subpixel, or place it with --at or --position",
-                    light.label, science.label,
-                    shift ? fmt::format(": a corner is {:.3g} pixels off", shift->error) : ""));
+        "the pixels of {} do not lie on those of {}{}; render with camera.header = the science "
+        "image, give --subpixel, or place it with --at or --position",
+        light.label, science.label,
+        shift ? fmt::format(": a corner is {:.3g} pixels off", shift->error) : "");
   }
   if (width != science.plane->width() || height != science.plane->height()) {
     fail(
-        fmt::format("{} has {} x {} pixels, {} has {} x {}, and their coordinates do not say "
-                    "where it belongs; give --at or --position",
-                    light.label, width, height, science.label, science.plane->width(),
-                    science.plane->height()));
+        "{} has {} x {} pixels, {} has {} x {}, and their coordinates do not say where it belongs; "
+        "give --at or --position",
+        light.label, width, height, science.label, science.plane->width(), science.plane->height());
   }
   return {{0, 0, width, height}};
 }
@@ -350,9 +346,8 @@ PlanePtr InjectOperation::change(const PlaneTask& science) {
   const int width = science.plane->width(), height = science.plane->height();
   const Area& all = placed.box;
   if (all.x >= width || all.y >= height || all.x + all.width <= 0 || all.y + all.height <= 0) {
-    fail(fmt::format("{} would cover pixels {}:{},{}:{}, outside {}, which has {} x {} pixels",
-                     light.label, box.x + 1, box.x + box.width, box.y + 1, box.y + box.height,
-                     science.label, width, height));
+    fail("{} would cover pixels {}:{},{}:{}, outside {}, which has {} x {} pixels", light.label,
+         box.x + 1, box.x + box.width, box.y + 1, box.y + box.height, science.label, width, height);
   }
   records_.push_back(fmt::format(
       "gutil inject: plane {}: zero point {} mag ({}), {}, light on pixels {}:{},{}:{}",
@@ -425,7 +420,6 @@ constexpr const char* description =
     "point, gain and place. Weights, variances, masks, tables and other HDUs are copied unchanged.";
 
 ParameterTable inject_parameters() {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   constexpr double farthest = 1e9, most_planes = 1e6;
   ParameterTable table = {
       Parameter::text("hdu", "first",
@@ -436,7 +430,7 @@ ParameterTable inject_parameters() {
       Parameter::numbers("zero_point", "mag", Interval::any(), std::nullopt,
                          "AB magnitude of the value 1 (default: from the header); or one per "
                          "plane"),
-      Parameter::numbers("gain", "electron/unit", positive, std::nullopt,
+      Parameter::numbers("gain", "electron/unit", Interval::positive(), std::nullopt,
                          "electrons per unit of the pixels (default: from the header); or one per "
                          "plane"),
       Parameter::boolean("no_noise", false, "add the mean light, without Poisson noise"),

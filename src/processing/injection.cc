@@ -1,7 +1,5 @@
 #include "processing/injection.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
 #include "processing/arithmetic.h"
@@ -37,8 +36,8 @@ std::optional<CardValue> unit_zero_point(const FitsHeader& header) {
   constexpr std::array<std::pair<std::string_view, double>, 4> units = {
       {{"nJy", 31.4}, {"uJy", 23.9}, {"mJy", 16.4}, {"Jy", 8.9}}};
   const std::string unit = header.text("BUNIT").value_or("");
-  const auto known = std::find_if(units.begin(), units.end(),
-                                  [&](const auto& entry) { return entry.first == unit; });
+  const auto known =
+      std::ranges::find_if(units, [&](const auto& entry) { return entry.first == unit; });
   if (known == units.end()) return std::nullopt;
   return CardValue{known->second, "BUNIT"};
 }
@@ -117,8 +116,8 @@ std::optional<CardValue> zero_point_of(std::span<const FitsHeader> headers, int 
       if (!card) continue;
       if (!found) found = card;
       if (std::abs(card->value - found->value) > zero_point_error) {
-        throw InputError(fmt::format("{}{} is {}, but {} is {}; --zero-point says what counts",
-                                     context, found->key, found->value, card->key, card->value));
+        throw input_error("{}{} is {}, but {} is {}; --zero-point says what counts", context,
+                          found->key, found->value, card->key, card->value);
       }
     }
     if (found) return found;

@@ -1,7 +1,6 @@
 #include "processing/instrument_option.h"
 
-#include <fmt/format.h>
-
+#include "core/message.h"
 #include "gamer/core/resources.h"
 
 namespace gamer {
@@ -27,8 +26,7 @@ const Instrument::Band& InstrumentOption::band(const PlaneTask& task) const {
   try {
     return instrument_->band(task.info.label);
   } catch (const InputError& error) {
-    throw InputError(
-        fmt::format("{}{}, plane {}: {}", context_, task.label, task.index + 1, error.what()));
+    throw input_error("{}{}, plane {}: {}", context_, task.label, task.index + 1, error.what());
   }
 }
 

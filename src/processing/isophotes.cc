@@ -164,7 +164,7 @@ std::vector<Isophote> isophotes(const Image& image, const IsophoteOptions& optio
     return one.radius > largest_radius_within(*plane, ellipses) ||
            !(one.brightness > one.error && one.brightness > 0);
   };
-  list.erase(std::find_if(list.begin(), list.end(), ends), list.end());
+  list.erase(std::ranges::find_if(list, ends), list.end());
   return list;
 }
 

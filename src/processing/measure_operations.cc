@@ -25,7 +25,7 @@ namespace {
 /// "p5", "p99_9": FITS wants columns of letters, digits and underscores.
 std::string percentile_name(double percent) {
   std::string name = fmt::format("p{}", percent);
-  std::replace(name.begin(), name.end(), '.', '_');
+  std::ranges::replace(name, '.', '_');
   return name;
 }
 
@@ -81,10 +81,10 @@ int run_stats(const OperationCall& call) {
 
 void check_percentiles(const OperationCall& call) {
   std::vector<double> sorted = call.parameters.numbers("percentiles");
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
   if (twice != sorted.end()) {
-    throw wrong(call, fmt::format("--percentiles has {:g} twice; give each once", *twice));
+    throw wrong(call, "--percentiles has {:g} twice; give each once", *twice);
   }
 }
 
@@ -103,7 +103,7 @@ Operation stats_operation() {
       .parameters = with_output(
           {Parameter::numbers("percentiles", "", Interval::closed(0, 100),
                               std::vector<double>{1, 5, 25, 75, 95, 99}, "percentiles to list"),
-           Parameter::number("clip", "sigma", positive, std::nullopt,
+           Parameter::number("clip", "sigma", Interval::positive(), std::nullopt,
                              "limit in sigma; also lists the clipped mean and sigma")}),
       .example = "stats --percentiles 5,95 --clip 3 in.fits",
       .run = [](const OperationCall& call) {
@@ -137,10 +137,8 @@ void check_range(const OperationCall& call, const SpectrumOptions& options, cons
   if (!call.parameters.has("range")) return;
   const int most = std::min(task.plane->width(), task.plane->height()) / 2;
   if (!(options.lowest < options.highest && options.highest <= most)) {
-    throw wrong(call, fmt::format("--range {:g},{:g}: expected 1 <= k1 < k2 <= {} for {} x {} "
-                                  "pixels",
-                                  options.lowest, options.highest, most, task.plane->width(),
-                                  task.plane->height()));
+    throw wrong(call, "--range {:g},{:g}: expected 1 <= k1 < k2 <= {} for {} x {} pixels",
+                options.lowest, options.highest, most, task.plane->width(), task.plane->height());
   }
 }
 
@@ -241,12 +239,12 @@ Operation spectrum_operation() {
                             "length of the cosine's rise"),
           Parameter::boolean("opacity", false, "pixels are opacities: take tau = -ln(1 - v)"),
           Parameter::boolean("log", false, "take the natural logarithm first"),
-          Parameter::number("white", "(unit of the pixels)^2", not_negative, 0.0,
+          Parameter::number("white", "(unit of the pixels)^2", Interval::at_least(0), 0.0,
                             "power of white noise to subtract, sigma^2"),
           Parameter::number(
-              "psf_fwhm", "pixel", not_negative, 0.0,
+              "psf_fwhm", "pixel", Interval::at_least(0), 0.0,
               "divide by the squared transfer function of a Gaussian of this FWHM (after --white)"),
-          Parameter::vector2("range", "", Interval::right_open(1, positive.high), std::nullopt,
+          Parameter::vector2("range", "", Interval::at_least(1), std::nullopt,
                              "k1,k2 of the fit (default: 4,N/4)"),
           Parameter::integer("bins", "", Interval::closed(3, 1000), 12, "of the fit"),
           Parameter::text("plot", std::nullopt, "write a plot: .png"),
@@ -290,9 +288,8 @@ int run_compare(const OperationCall& call) {
   const std::vector<int> hdus = hdu_numbers(first);
   visit_planes(first, call.threads, [&](const PlaneTask& task) {
     if (shapes != other_shapes) {
-      throw wrong(
-          call, fmt::format("{} has images of {} pixels, {} of {}; expected the same", first.name(),
-                            shapes_text(shapes), second.name(), shapes_text(other_shapes)));
+      throw wrong(call, "{} has images of {} pixels, {} of {}; expected the same", first.name(),
+                  shapes_text(shapes), second.name(), shapes_text(other_shapes));
     }
     const auto index = static_cast<std::size_t>(task.index);
     const Comparison result = compare(*task.plane, *others[index], call.threads);
@@ -334,10 +331,11 @@ Operation compare_operation() {
       .least_inputs = 2,
       .most_inputs = 2,
       .result = Operation::Result::text,
-      .parameters = with_output(
-          {Parameter::number("tolerance", "largest |a|", not_negative, 0.0, "relative tolerance"),
-           Parameter::number("absolute", "unit of the pixels", not_negative, 0.0,
-                             "absolute tolerance")}),
+      .parameters =
+          with_output({Parameter::number("tolerance", "largest |a|", Interval::at_least(0), 0.0,
+                                         "relative tolerance"),
+                       Parameter::number("absolute", "unit of the pixels", Interval::at_least(0),
+                                         0.0, "absolute tolerance")}),
       .example = "compare --tolerance 1e-6 in.fits in2.fits",
       .run = run_compare};
 }

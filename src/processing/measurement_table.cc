@@ -1,18 +1,14 @@
 #include "processing/measurement_table.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <filesystem>
 
+#include "core/message.h"
 #include "gamer/image/new_file.h"
 #include "processing/table_text.h"
 
 namespace gamer {
-
-InputError wrong(const OperationCall& call, const std::string& message) {
-  return InputError(fmt::format("gutil {}: {}", call.operation, message));
-}
 
 void put_count(DataTable& table, const std::string& name, std::int64_t value,
                const std::string& unit, const std::string& description) {
@@ -44,9 +40,8 @@ void check_output(const OperationCall& call, const char* option,
   if (!call.parameters.has(option)) return;
   const std::filesystem::path path = call.parameters.text(option);
   const std::string context = fmt::format("--{} '{}'", option, path.string());
-  if (std::find(suffixes.begin(), suffixes.end(), path.extension().string()) == suffixes.end()) {
-    throw wrong(call, fmt::format("{}: expected a name that ends in {}", context,
-                                  fmt::join(suffixes, " or ")));
+  if (std::ranges::find(suffixes, path.extension().string()) == suffixes.end()) {
+    throw wrong(call, "{}: expected a name that ends in {}", context, fmt::join(suffixes, " or "));
   }
   check_new_file(path, call.overwrite);
 }
@@ -57,9 +52,8 @@ void check_radii(const OperationCall& call, const char* option) {
   if (!call.parameters.has(option)) return;
   const std::vector<double>& radii = call.parameters.numbers(option);
   if (radii[0] < radii[1]) return;
-  throw wrong(call,
-              fmt::format("--{} {:g},{:g}: the outer radius must be larger than the inner one",
-                          option, radii[0], radii[1]));
+  throw wrong(call, "--{} {:g},{:g}: the outer radius must be larger than the inner one", option,
+              radii[0], radii[1]);
 }
 
 void deliver(const OperationCall& call, const std::vector<DataTable>& tables,

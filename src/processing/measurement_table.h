@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <initializer_list>
-#include <limits>
 #include <string>
 #include <variant>
 #include <vector>
@@ -18,19 +17,13 @@ namespace gamer {
 // What operations that measure share: options, tables of results, and messages.
 
 inline constexpr const char* measurement_group = "Measurement";
-inline const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
-inline const Interval not_negative =
-    Interval::right_open(0, std::numeric_limits<double>::infinity());
-
-/// "gutil <operation>: <message>".
-InputError wrong(const OperationCall& call, const std::string& message);
 
 /// Appends a value to the column of that name; the table's first row makes the columns.
 template <class Value>
 void put(DataTable& table, const std::string& name, const Value& value,
          const std::string& unit = {}, const std::string& description = {}) {
-  auto column = std::find_if(table.columns.begin(), table.columns.end(),
-                             [&](const DataColumn& one) { return one.name == name; });
+  auto column =
+      std::ranges::find_if(table.columns, [&](const DataColumn& one) { return one.name == name; });
   if (column == table.columns.end()) {
     table.columns.push_back({name, unit, description, std::vector<Value>()});
     column = table.columns.end() - 1;

@@ -20,7 +20,7 @@ double multimode(const Image& image, const std::vector<bool>& galaxy) {
   for (std::size_t i = 0; i < galaxy.size(); ++i) {
     if (galaxy[i]) values.push_back(smooth.plane(0)[i]);
   }
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   double largest = 0;
   std::vector<bool> bright(galaxy.size());
   for (int q = 0; q < quantile_count; ++q) {
@@ -30,7 +30,7 @@ double multimode(const Image& image, const std::vector<bool>& galaxy) {
     }
     Pieces pieces = connected_pieces(bright, image.width(), image.height());
     if (pieces.sizes.size() < 2) continue;
-    std::sort(pieces.sizes.begin(), pieces.sizes.end(), std::greater<>());
+    std::ranges::sort(pieces.sizes, std::greater<>());
     largest = std::max(largest,
                        static_cast<double>(pieces.sizes[1]) / static_cast<double>(pieces.sizes[0]));
   }
@@ -88,10 +88,10 @@ MidStatistics mid_statistics(const Image& image, const std::vector<bool>& galaxy
     y += value * static_cast<double>(i / width);
     ++area;
   }
-  const auto first = std::max_element(fluxes.begin(), fluxes.end());
+  const auto first = std::ranges::max_element(fluxes);
   const auto top = static_cast<std::size_t>(first - fluxes.begin());
   const double brightest = std::exchange(*first, 0);
-  const double second = *std::max_element(fluxes.begin(), fluxes.end());
+  const double second = *std::ranges::max_element(fluxes);
   MidStatistics result;
   result.multimode = multimode(image, galaxy);
   result.intensity = second / brightest;

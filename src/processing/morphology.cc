@@ -1,11 +1,10 @@
 #include "processing/morphology.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <cstddef>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/image/plane.h"
 #include "processing/asymmetry.h"
@@ -35,17 +34,17 @@ void check_circle(const Image& image, const Plane& plane, const Ellipses& circle
   constexpr double tolerance = 0.5;
   const double largest = largest_radius_within(plane, circle);
   if (radius > largest + tolerance) {
-    throw InputError(fmt::format(
+    throw input_error(
         "the circle of 1.5 Petrosian radii, {:.5g} pixels about pixel ({:.6g}, {:.6g}), leaves the "
         "image, which holds {:.5g}; make the image wider (gutil pad, where beyond it is empty sky)",
-        radius, circle.x() + 1, circle.y() + 1, largest));
+        radius, circle.x() + 1, circle.y() + 1, largest);
   }
   for (int y = 0; y < image.height(); ++y) {
     for (int x = 0; x < image.width(); ++x) {
       if (std::isfinite(image.at(x, y)) || circle.overlap(x, y, radius) == 0) continue;
-      throw InputError(fmt::format(
+      throw input_error(
           "pixel ({}, {}) has no value, but lies within 1.5 Petrosian radii of the galaxy", x + 1,
-          y + 1));
+          y + 1);
     }
   }
 }
@@ -58,9 +57,9 @@ void check_light(const Plane& plane, const Ellipses& circles, double radius, dou
   const ApertureSum sum = aperture_sums(plane, circles, radii, 0, threads).front();
   const double noise = sigma * std::sqrt(sum.area);
   if (!(sum.flux > 0) || sum.flux < least_significance * noise) {
-    throw InputError(fmt::format(
+    throw input_error(
         "no galaxy: the light about pixel ({:.6g}, {:.6g}) is {:.3g} of its noise, less than {}",
-        circles.x() + 1, circles.y() + 1, sum.flux / noise, least_significance));
+        circles.x() + 1, circles.y() + 1, sum.flux / noise, least_significance);
   }
 }
 

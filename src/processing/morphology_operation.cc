@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -53,8 +51,7 @@ int run_morphology(const OperationCall& call) {
   const std::vector<int> hdus = hdu_numbers(input);
   const std::vector<PlaneTask> tasks = chosen_planes(call, input);
   if (call.parameters.has("plot") && tasks.size() != 1) {
-    throw wrong(
-        call, fmt::format("--plot shows one plane, not {}; choose it with --planes", tasks.size()));
+    throw wrong(call, "--plot shows one plane, not {}; choose it with --planes", tasks.size());
   }
   DataTable table;
   table.name = "morphology";
@@ -74,7 +71,7 @@ int run_morphology(const OperationCall& call) {
         write_morphology_picture(call.parameters.text("plot"), galaxy.image, found, call.overwrite);
       }
     } catch (const InputError& error) {
-      throw wrong(call, fmt::format("{}: {}", plane_label(task), error.what()));
+      throw wrong(call, "{}: {}", plane_label(task), error.what());
     }
   }
   deliver(call, {table}, table);
@@ -107,7 +104,8 @@ Operation morphology_operation() {
       .parameters = with_output(
           galaxy_parameters() +
           ParameterTable{
-              Parameter::number("sky_sigma", "unit of the pixels", not_negative, std::nullopt,
+              Parameter::number("sky_sigma", "unit of the pixels", Interval::at_least(0),
+                                std::nullopt,
                                 "noise of a pixel (default: measured in the corners)"),
               Parameter::text("plot", std::nullopt,
                               "draw the plane with its apertures and segmentation: .png"),

@@ -1,7 +1,5 @@
 #include "gamer/processing/operation.h"
 
-#include <fmt/format.h>
-
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdint>
@@ -9,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/config.h"
 #include "gamer/core/error.h"
@@ -39,7 +38,7 @@ ParameterTable common_parameters(Operation::Result result) {
 /// The name with dashes: "axis_ratio" becomes "axis-ratio".
 std::string dashed(std::string_view parameter) {
   std::string name(parameter);
-  std::replace(name.begin(), name.end(), '_', '-');
+  std::ranges::replace(name, '_', '-');
   return name;
 }
 
@@ -135,24 +134,23 @@ CommandLine read_command_line(const Operation& operation, const ParameterTable& 
   try {
     app.parse(reversed);
   } catch (const CLI::ParseError& error) {
-    throw InputError(fmt::format("{}{} (gutil {} --help lists the options)", context, error.what(),
-                                 operation.name));
+    throw input_error("{}{} (gutil {} --help lists the options)", context, error.what(),
+                      operation.name);
   }
   for (const std::string& extra : app.remaining()) {
     if (extra.size() > 1 && extra.starts_with('-')) {
       const std::string near = did_you_mean(extra, names);
-      throw InputError(fmt::format(
-          "{}unknown option {}{}", context, in_quotes(extra),
-          near.empty() ? fmt::format(" (gutil {} --help lists the options)", operation.name)
-                       : near));
+      throw input_error("{}unknown option {}{}", context, in_quotes(extra),
+                        near.empty()
+                            ? fmt::format(" (gutil {} --help lists the options)", operation.name)
+                            : near);
     }
     line.files.push_back(extra);
   }
   for (const auto& [name, values] : given) {
     const auto parameter = std::ranges::find(table, name, &Parameter::name);
     if (values.size() > 1 && parameter->type != ParameterType::texts) {
-      throw InputError(
-          fmt::format("{}{} is given {} times", context, option_name(name), values.size()));
+      throw input_error("{}{} is given {} times", context, option_name(name), values.size());
     }
     if (!values.empty()) line.values[name] = values;
   }
@@ -178,7 +176,7 @@ void take_files(const Operation& operation, std::vector<std::string> files, Oper
       fmt::format("gutil {} [options] {}", operation.name, files_text(operation));
   if (operation.result != Operation::Result::text) {
     if (files.empty()) {
-      throw InputError(fmt::format("{}needs an output: {}", context_of(operation), usage));
+      throw input_error("{}needs an output: {}", context_of(operation), usage);
     }
     call.output = files.back();
     files.pop_back();
@@ -187,8 +185,8 @@ void take_files(const Operation& operation, std::vector<std::string> files, Oper
   const bool is_limited = operation.most_inputs != 0 || operation.least_inputs == 0;
   const bool too_many = is_limited && count > operation.most_inputs;
   if (count < operation.least_inputs || too_many) {
-    throw InputError(fmt::format("{}{} input file{} given: {}", context_of(operation), count,
-                                 count == 1 ? "" : "s", usage));
+    throw input_error("{}{} input file{} given: {}", context_of(operation), count,
+                      count == 1 ? "" : "s", usage);
   }
   call.inputs = std::move(files);
 }
@@ -271,8 +269,8 @@ const Operation& find_operation(std::string_view name) {
     names.insert(names.end(), operation.aliases.begin(), operation.aliases.end());
   }
   const std::string near = did_you_mean(name, names);
-  throw InputError(fmt::format("gutil: unknown operation {}{}", in_quotes(name),
-                               near.empty() ? " (gutil --help lists them)" : near));
+  throw input_error("gutil: unknown operation {}{}", in_quotes(name),
+                    near.empty() ? " (gutil --help lists them)" : near);
 }
 
 OperationCall parse_call(const Operation& operation, std::span<const std::string> arguments) {
@@ -284,8 +282,8 @@ OperationCall parse_call(const Operation& operation, std::span<const std::string
   ParameterSet::read(options, config_of(table, line, true), context_of(operation) + "--", "");
   for (const Parameter& parameter : table) {
     if (!parameter.required || line.values.contains(parameter.name)) continue;
-    throw InputError(fmt::format("{}needs {}: {}", context_of(operation),
-                                 option_name(parameter.name), parameter.description));
+    throw input_error("{}needs {}: {}", context_of(operation), option_name(parameter.name),
+                      parameter.description);
   }
   const ParameterSet all = ParameterSet::read(table, config_of(table, line, false), "", "");
   OperationCall call;

@@ -1,11 +1,10 @@
 #include "processing/petrosian.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -26,10 +25,9 @@ std::vector<double> eta_at(const Plane& plane, const Ellipses& ellipses,
   for (std::size_t i = 0; i < radii.size(); ++i) {
     const ApertureSum &inner = sums[3 * i], &middle = sums[3 * i + 1], &outer = sums[3 * i + 2];
     if (!(middle.flux > 0)) {
-      throw InputError(
-          fmt::format("no galaxy: the light within {:.4g} pixels of pixel ({:.6g}, "
-                      "{:.6g}) is {:.4g}",
-                      radii[i], ellipses.x() + 1, ellipses.y() + 1, middle.flux));
+      throw input_error(
+          "no galaxy: the light within {:.4g} pixels of pixel ({:.6g}, {:.6g}) is {:.4g}", radii[i],
+          ellipses.x() + 1, ellipses.y() + 1, middle.flux);
     }
     const double brightness = (outer.flux - inner.flux) / (outer.area - inner.area);
     eta.push_back(brightness / (middle.flux / middle.area));
@@ -55,21 +53,19 @@ double petrosian_radius(const Plane& plane, const Ellipses& ellipses, double lar
   constexpr int most_steps = 200, fine_steps = 32;
   const double last = largest - half_width;
   if (!(last > first_radius)) {
-    throw InputError(
-        fmt::format("pixel ({:.6g}, {:.6g}) is too near the image's edge for a "
-                    "Petrosian radius",
-                    ellipses.x() + 1, ellipses.y() + 1));
+    throw input_error("pixel ({:.6g}, {:.6g}) is too near the image's edge for a Petrosian radius",
+                      ellipses.x() + 1, ellipses.y() + 1);
   }
   const int steps = std::clamp(static_cast<int>(last - first_radius), 1, most_steps);
   const std::vector<double> radii = even_radii(first_radius, last, steps);
   const std::vector<double> eta = eta_at(plane, ellipses, radii, threads);
   const auto below = [](double value) { return value < petrosian_eta; };
-  const auto found = std::find_if(eta.begin(), eta.end(), below);
+  const auto found = std::ranges::find_if(eta, below);
   if (found == eta.end()) {
-    throw InputError(fmt::format(
+    throw input_error(
         "the Petrosian radius lies beyond the frame: at {:.4g} pixels from pixel ({:.6g}, {:.6g}), "
         "the image's edge, the brightness is still {:.3g} of the mean inside, not 0.2",
-        last, ellipses.x() + 1, ellipses.y() + 1, eta.back()));
+        last, ellipses.x() + 1, ellipses.y() + 1, eta.back());
   }
   if (found == eta.begin()) return first_radius;
   const auto step = static_cast<std::size_t>(found - eta.begin());

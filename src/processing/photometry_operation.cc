@@ -40,7 +40,7 @@ std::vector<Target> places_of(const OperationCall& call) {
     if (parameters.has(name)) given.push_back(option_name(name));
   }
   if (given.size() > 1) {
-    throw wrong(call, fmt::format("{} and {} both say where; give one", given[0], given[1]));
+    throw wrong(call, "{} and {} both say where; give one", given[0], given[1]);
   }
   std::vector<Target> places;
   const auto add = [&](bool is_sky, double x, double y, bool is_of_table) {
@@ -51,8 +51,7 @@ std::vector<Target> places_of(const OperationCall& call) {
     if (!parameters.has(name)) continue;
     const std::vector<double>& numbers = parameters.numbers(name);
     if (numbers.empty() || numbers.size() % 2 != 0) {
-      throw wrong(call, fmt::format("{} has {} numbers; each place has two", option_name(name),
-                                    numbers.size()));
+      throw wrong(call, "{} has {} numbers; each place has two", option_name(name), numbers.size());
     }
     for (std::size_t i = 0; i < numbers.size(); i += 2) {
       add(name == std::string_view("position"), numbers[i], numbers[i + 1], false);
@@ -63,7 +62,7 @@ std::vector<Target> places_of(const OperationCall& call) {
     try {
       table = read_positions(parameters.text("positions"));
     } catch (const InputError& error) {
-      throw wrong(call, fmt::format("--positions {}", error.what()));
+      throw wrong(call, "--positions {}", error.what());
     }
     for (std::size_t i = 0; i < table.x.size(); ++i)
       add(table.is_sky, table.x[i], table.y[i], true);
@@ -85,8 +84,8 @@ class Photometry {
       wcs_ = celestial_wcs(task.header, task.label);
     } catch (const InputError& error) {
       if (needs_sky) {
-        throw wrong(call, fmt::format("--{} needs celestial coordinates: {}",
-                                      in_arcsec_ ? "unit arcsec" : "position", error.what()));
+        throw wrong(call, "--{} needs celestial coordinates: {}",
+                    in_arcsec_ ? "unit arcsec" : "position", error.what());
       }
     }
     try {
@@ -95,7 +94,7 @@ class Photometry {
     } catch (const Unmeasurable& error) {
       const std::string at =
           place.is_numbered ? fmt::format(", position {}", place.number) : std::string();
-      throw wrong(call, fmt::format("{}{}: {}", task.label, at, error.message));
+      throw wrong(call, "{}{}: {}", task.label, at, error.message);
     }
   }
 
@@ -188,17 +187,16 @@ class Photometry {
       const auto pixel = is_number ? wcs_->pixel({place_.x, place_.y}) : std::nullopt;
       if (!pixel && place_.is_of_table) return std::nullopt;
       if (!pixel) {
-        throw wrong(call_, fmt::format("--position {:g},{:g} has no pixel in {}", place_.x,
-                                       place_.y, task_.label));
+        throw wrong(call_, "--position {:g},{:g} has no pixel in {}", place_.x, place_.y,
+                    task_.label);
       }
       x = pixel->x - 1;
       y = pixel->y - 1;
     }
     if (!(x >= -0.5 && x <= plane_.width() - 0.5 && y >= -0.5 && y <= plane_.height() - 0.5)) {
       if (place_.is_of_table) return std::nullopt;
-      throw wrong(call_, fmt::format("the centre ({:.6g}, {:.6g}) lies outside {}, which has {} x "
-                                     "{} pixels",
-                                     x + 1, y + 1, task_.label, plane_.width(), plane_.height()));
+      throw wrong(call_, "the centre ({:.6g}, {:.6g}) lies outside {}, which has {} x {} pixels",
+                  x + 1, y + 1, task_.label, plane_.width(), plane_.height());
     }
     return std::pair(x, y);
   }
@@ -237,15 +235,15 @@ class Photometry {
     background_ =
         annulus_background(plane_, *ellipses_, annulus[0], annulus[1], method, call_.threads);
     if (background_.count == 0) {
-      throw wrong(call_, fmt::format("--annulus {:g},{:g} holds no finite pixel of {}", annulus[0],
-                                     annulus[1], task_.label));
+      throw wrong(call_, "--annulus {:g},{:g} holds no finite pixel of {}", annulus[0], annulus[1],
+                  task_.label);
     }
   }
 
   void measure() {
     const int threads = call_.threads;
     measure_background();
-    const auto largest = [&] { return *std::max_element(radii_.begin(), radii_.end()); };
+    const auto largest = [&] { return *std::ranges::max_element(radii_); };
     const auto set_radii = [&] {
       radii_ = parameters_.has("radius") ? parameters_.numbers("radius")
                                          : std::vector<double>{default_radius()};
@@ -261,11 +259,11 @@ class Photometry {
     const Statistics all = statistics(plane_, threads);
     image_flux_ = all.sum - background_.level * static_cast<double>(all.count);
     sums_ = aperture_sums(plane_, *ellipses_, radii_, background_.level, threads);
-    total_ = parameters_.has("total")
-                 ? parameters_.number("total")
-                 : sums_[static_cast<std::size_t>(std::max_element(radii_.begin(), radii_.end()) -
-                                                  radii_.begin())]
-                       .flux;
+    total_ =
+        parameters_.has("total")
+            ? parameters_.number("total")
+            : sums_[static_cast<std::size_t>(std::ranges::max_element(radii_) - radii_.begin())]
+                  .flux;
     half_light_radius_ =
         radius_of_flux(plane_, *ellipses_, total_ / 2, reach, background_.level, threads);
     moments_ = {no_value, no_value, no_value, no_value, no_value, no_value};
@@ -340,8 +338,8 @@ int run_photometry(const OperationCall& call) {
     }
   });
   if (joined.columns.empty()) {
-    throw wrong(call, fmt::format("no row of --positions {} is in {}", parameters.text("positions"),
-                                  call.inputs.front()));
+    throw wrong(call, "no row of --positions {} is in {}", parameters.text("positions"),
+                call.inputs.front());
   }
   deliver(call, {apertures, shapes}, joined);
   return 0;
@@ -385,7 +383,7 @@ Operation photometry_operation() {
               "recenter", false,
               "move the centre to the centroid within the largest aperture, iteratively"),
           Parameter::numbers(
-              "radius", "--unit", positive, std::nullopt,
+              "radius", "--unit", Interval::positive(), std::nullopt,
               "semi-major axes (default: the largest within the image, or up to the annulus)"),
           Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", "unit of all radii"),
           Parameter::number("axis_ratio", "", Interval::closed(least_axis_ratio, 1), 1.0,
@@ -395,13 +393,13 @@ Operation photometry_operation() {
               "direction of the major axis, from North towards East; without celestial coordinates "
               "from +y towards -x"),
           Parameter::vector2(
-              "annulus", "--unit", not_negative, std::nullopt,
+              "annulus", "--unit", Interval::at_least(0), std::nullopt,
               "inner,outer semi-major axis of the background (default: none is subtracted)"),
           Parameter::choice("background", {"median", "mean", "clipped"}, "median",
                             "statistic of the annulus; clipped: mean within 3 sigma"),
-          Parameter::number("total", "unit of the pixels", positive, std::nullopt,
+          Parameter::number("total", "unit of the pixels", Interval::positive(), std::nullopt,
                             "total flux for the half-light radius"),
-          Parameter::number("weight_sigma", "pixels", positive, std::nullopt,
+          Parameter::number("weight_sigma", "pixels", Interval::positive(), std::nullopt,
                             "compute adaptive moments, beginning with a Gaussian of this sigma"),
       }),
       .example = "photometry --radius 2,4,8 --axis-ratio 0.7 --position-angle 30 in.fits",

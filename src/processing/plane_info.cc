@@ -1,7 +1,5 @@
 #include "processing/plane_info.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -11,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
@@ -156,7 +155,7 @@ std::optional<double> axis_wavelength(const FitsHeader& header, int plane) {
   constexpr std::array<std::string_view, 4> types = {"WAVE", "AWAV", "WAVELENGTH", "LAMBDA"};
   const std::string type = header.text("CTYPE3").value_or("");
   const auto value = header.number("CRVAL3");
-  if (std::find(types.begin(), types.end(), type) == types.end() || !value) return std::nullopt;
+  if (std::ranges::find(types, type) == types.end() || !value) return std::nullopt;
   constexpr std::array<std::pair<std::string_view, double>, 9> units = {{{"m", 1e10},
                                                                          {"cm", 1e8},
                                                                          {"mm", 1e7},
@@ -167,8 +166,8 @@ std::optional<double> axis_wavelength(const FitsHeader& header, int plane) {
                                                                          {"angstrom", 1},
                                                                          {"a", 1}}};
   const std::string unit = in_small_letters(header.text("CUNIT3").value_or("m"));
-  const auto known = std::find_if(units.begin(), units.end(),
-                                  [&](const auto& entry) { return entry.first == unit; });
+  const auto known =
+      std::ranges::find_if(units, [&](const auto& entry) { return entry.first == unit; });
   if (known == units.end()) return std::nullopt;
   const double step = header.number("CD3_3").value_or(header.number("CDELT3").value_or(1) *
                                                       header.number("PC3_3").value_or(1));
@@ -215,8 +214,8 @@ void change_unit(FitsHeader& header, std::span<const double> factors, const std:
   } else {
     header.set("BUNIT", unit);
   }
-  const bool is_one = std::all_of(factors.begin(), factors.end(),
-                                  [&](double factor) { return factor == factors.front(); });
+  const bool is_one =
+      std::ranges::all_of(factors, [&](double factor) { return factor == factors.front(); });
   for (const CalibrationCard& card : calibration_cards) {
     const auto change = [&](const std::string& key, double factor) {
       if (const auto old = header.number(key)) header.set(key, card.scaled(*old, factor));
@@ -250,10 +249,10 @@ bool is_brightness(const std::string& unit) {
   constexpr std::array<std::string_view, 2> areas = {"sr", "beam"};
   constexpr std::array<std::string_view, 3> temperatures = {"K", "mK", "uK"};
   const auto is_in = [](const auto& names, std::string_view name) {
-    return std::find(names.begin(), names.end(), name) != names.end();
+    return std::ranges::find(names, name) != names.end();
   };
   const std::vector<UnitFactor> factors = UnitParser(unit).factors();
-  return std::any_of(factors.begin(), factors.end(), [&](const UnitFactor& factor) {
+  return std::ranges::any_of(factors, [&](const UnitFactor& factor) {
     const std::string name = in_small_letters(factor.name);
     return (is_in(angles, name) && factor.power <= -2) ||
            (is_in(areas, name) && factor.power <= -1) ||
@@ -263,7 +262,7 @@ bool is_brightness(const std::string& unit) {
 
 bool is_magnitude(const std::string& unit) {
   const std::vector<UnitFactor> factors = UnitParser(unit).factors();
-  return std::any_of(factors.begin(), factors.end(), [](const UnitFactor& factor) {
+  return std::ranges::any_of(factors, [](const UnitFactor& factor) {
     const std::string name = in_small_letters(factor.name);
     return factor.power > 0 && (name.ends_with("mag") || name.starts_with("mag_"));
   });
@@ -272,10 +271,10 @@ bool is_magnitude(const std::string& unit) {
 void refuse_magnitudes(const std::string& operation, const std::string& label,
                        const std::string& unit) {
   if (!is_magnitude(unit)) return;
-  throw InputError(
-      fmt::format("gutil {}: the pixels of {} are magnitudes ({}), which do not add up; a flux or "
-                  "surface brightness is needed",
-                  operation, label, unit));
+  throw input_error(
+      "gutil {}: the pixels of {} are magnitudes ({}), which do not add up; a flux or surface "
+      "brightness is needed",
+      operation, label, unit);
 }
 
 std::string squared_unit(std::string_view unit) {
@@ -321,7 +320,7 @@ double pixel_scale(const FitsHeader& header, const std::string& label) {
   const double x = header.number("CRPIX1").value_or(0), y = header.number("CRPIX2").value_or(0);
   const auto at = [&](double dx, double dy) {
     const auto sky = wcs.sky({x + dx, y + dy});
-    if (!sky) throw InputError(fmt::format("{}: its reference pixel shows no sky", label));
+    if (!sky) throw input_error("{}: its reference pixel shows no sky", label);
     return std::array{std::cos(sky->dec * degree) * std::cos(sky->ra * degree),
                       std::cos(sky->dec * degree) * std::sin(sky->ra * degree),
                       std::sin(sky->dec * degree)};

@@ -1,12 +1,9 @@
 #include "processing/plane_operation.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <vector>
 
+#include "core/message.h"
 #include "gamer/core/capitals.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/image/fits/record_names.h"
 
@@ -16,7 +13,7 @@ namespace {
 int plane_count(const FitsInput& input) {
   int count = 0;
   for (const FitsHdu& hdu : input.hdus()) count += hdu.planes;
-  if (count == 0) throw InputError(fmt::format("{}: no image in it", input.name()));
+  if (count == 0) throw input_error("{}: no image in it", input.name());
   return count;
 }
 
@@ -60,8 +57,8 @@ std::vector<std::size_t> chosen_hdus(const std::string& operation, const FitsInp
   }
   if (chosen.empty() && wanted == "FIRST" && !input.hdus().empty()) chosen.push_back(0);
   if (chosen.empty()) {
-    throw InputError(fmt::format("gutil {}: {} has no HDU {}; there are {}", operation,
-                                 input.name(), in_quotes(text), fmt::join(names, ", ")));
+    throw input_error("gutil {}: {} has no HDU {}; there are {}", operation, input.name(),
+                      in_quotes(text), fmt::join(names, ", "));
   }
   return chosen;
 }
@@ -69,11 +66,9 @@ std::vector<std::size_t> chosen_hdus(const std::string& operation, const FitsInp
 PlaneInfo plane_info(const FitsInput& input, const FitsHdu& hdu, int plane) {
   PlaneInfo info = plane_info(hdu.header, plane, hdu.planes);
   if (info.role == PlaneRole::light) return info;
-  const bool has_light =
-      std::any_of(input.hdus().begin(), input.hdus().end(), [](const FitsHdu& other) {
-        return other.is_image() &&
-               plane_info(other.header, 0, other.planes).role == PlaneRole::light;
-      });
+  const bool has_light = std::ranges::any_of(input.hdus(), [](const FitsHdu& other) {
+    return other.is_image() && plane_info(other.header, 0, other.planes).role == PlaneRole::light;
+  });
   if (!has_light) info.role = PlaneRole::light;
   return info;
 }
@@ -89,12 +84,11 @@ void drop_record(FitsHeader& header) {
 
 InputError variance_error(const OperationCall& call, const PlaneTask& task) {
   const FitsInput input(call.inputs.front());
-  const auto image = std::find_if(input.hdus().begin(), input.hdus().end(), [&](const auto& hdu) {
+  const auto image = std::ranges::find_if(input.hdus(), [&](const auto& hdu) {
     return hdu.is_image() && plane_info(input, hdu, 0).role == PlaneRole::light;
   });
-  return InputError(fmt::format(
-      "gutil {}: {} holds variances, which do not follow; take the image alone: \"{}[{}]\"",
-      call.operation, task.label, input.name(), image->number));
+  return wrong(call, "{} holds variances, which do not follow; take the image alone: \"{}[{}]\"",
+               task.label, input.name(), image->number);
 }
 
 void visit_planes(const FitsInput& input, int threads,
@@ -172,8 +166,8 @@ void change_planes(const OperationCall& call, const PlaneChange& change, const H
     if (is_of_variance && !variance.change) throw variance_error(call, tasks[i].front());
     if (!is_of_variance) size = tasks[i].size();
     if (tasks[i].size() != size) {
-      throw InputError(fmt::format("gutil {}: {} holds {} planes of variances, the image before {}",
-                                   call.operation, tasks[i].front().label, tasks[i].size(), size));
+      throw wrong(call, "{} holds {} planes of variances, the image before {}",
+                  tasks[i].front().label, tasks[i].size(), size);
     }
     for (const PlaneTask& task : tasks[i]) {
       planes[i].push_back(is_of_variance ? variance.change(task) : change(task));
@@ -206,9 +200,8 @@ double plane_value(const OperationCall& call, std::string_view name, const Plane
   const std::vector<double>& values = call.parameters.numbers(name);
   if (values.size() == 1) return values.front();
   if (values.size() != static_cast<std::size_t>(task.count)) {
-    throw InputError(fmt::format(
-        "gutil {}: {} has {} values for {} plane{}; give one, or one for each", call.operation,
-        option_name(name), values.size(), task.count, task.count == 1 ? "" : "s"));
+    throw wrong(call, "{} has {} values for {} plane{}; give one, or one for each",
+                option_name(name), values.size(), task.count, task.count == 1 ? "" : "s");
   }
   return values[static_cast<std::size_t>(task.index)];
 }

@@ -3,9 +3,10 @@
 #include <functional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 #include "gamer/image/fits/fits_stream.h"
 #include "gamer/image/plane.h"
 #include "gamer/processing/operation.h"
@@ -23,6 +24,14 @@ struct PlaneTask {
   int count = 1;             ///< planes of the file
   int threads = 1;
 };
+
+/// An InputError "gutil <operation>: <message>", with the message formatted as by fmt::format().
+template <class... Values>
+InputError wrong(const OperationCall& call, fmt::format_string<Values...> message,
+                 Values&&... values) {
+  return input_error("gutil {}: {}", call.operation,
+                     fmt::format(message, std::forward<Values>(values)...));
+}
 
 /// Makes an output plane; all planes of an HDU must become one size.
 using PlaneChange = std::function<PlanePtr(const PlaneTask& task)>;

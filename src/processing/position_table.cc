@@ -1,6 +1,5 @@
 #include "processing/position_table.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include <utility>
 #include <variant>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
@@ -67,7 +67,7 @@ std::vector<std::string> words_of(const std::string& line) {
 
 Columns text_columns(const std::string& path) {
   std::ifstream file(path);
-  if (!file) throw InputError(fmt::format("{}: cannot read", path));
+  if (!file) throw input_error("{}: cannot read", path);
   Columns result;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
@@ -79,10 +79,9 @@ Columns text_columns(const std::string& path) {
       continue;
     }
     if (words.size() != result.names.size()) {
-      throw InputError({path, number, 0},
-                       fmt::format("{} words in a table of {} columns; words with blanks are not "
-                                   "read",
-                                   words.size(), result.names.size()));
+      throw input_error({path, number, 0},
+                        "{} words in a table of {} columns; words with blanks are not read",
+                        words.size(), result.names.size());
     }
     for (std::size_t i = 0; i < words.size(); ++i) {
       result.values[i].push_back(number_of<double>(without_plus(words[i])).value_or(no_value));
@@ -124,8 +123,8 @@ PositionTable read_positions(const std::string& name) {
     if (!x || !y) continue;
     return {names.is_sky, std::move(columns.values[*x]), std::move(columns.values[*y])};
   }
-  throw InputError(fmt::format("{}: no columns ra and dec, or x and y; the numbers are in {}", path,
-                               fmt::join(columns.names, ", ")));
+  throw input_error("{}: no columns ra and dec, or x and y; the numbers are in {}", path,
+                    fmt::join(columns.names, ", "));
 }
 
 }  // namespace gamer

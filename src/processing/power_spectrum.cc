@@ -1,14 +1,13 @@
 #include "processing/power_spectrum.h"
 
 #include <fftw3.h>
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <mutex>
 #include <numbers>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/error.h"
 #include "image/memory.h"
@@ -33,10 +32,10 @@ class Field {
         static_cast<std::uint64_t>(stride_) * static_cast<std::uint64_t>(height) * sizeof(double);
     const std::uint64_t available = available_memory();
     if (bytes > available) {
-      throw InputError(fmt::format(
+      throw input_error(
           "{}: the spectrum of {} x {} pixels needs {} of memory, {} are available; crop or bin "
           "the image first",
-          label, width, height, bytes_text(bytes), bytes_text(available)));
+          label, width, height, bytes_text(bytes), bytes_text(available));
     }
     values_.reset(fftw_alloc_real(bytes / sizeof(double)));
     if (!values_) throw std::bad_alloc();
@@ -233,8 +232,8 @@ PowerSpectrum power_spectrum(const Plane& plane, const SpectrumOptions& options,
                              const std::string& label, int threads) {
   const int side = std::min(plane.width(), plane.height());
   if (side < 2) {
-    throw InputError(fmt::format("{}: {} x {} pixels have no power spectrum", label, plane.width(),
-                                 plane.height()));
+    throw input_error("{}: {} x {} pixels have no power spectrum", label, plane.width(),
+                      plane.height());
   }
   Field field(plane.width(), plane.height(), label);
   load(plane, options, threads, field);
@@ -244,7 +243,7 @@ PowerSpectrum power_spectrum(const Plane& plane, const SpectrumOptions& options,
   result.height = plane.height();
   const Shape values = shape(field, [](double value) { return value; });
   if (values.count == 0) {
-    throw InputError(fmt::format("{}: no pixel has a value that can be used", label));
+    throw input_error("{}: no pixel has a value that can be used", label);
   }
   const Shape logarithms = options.logarithm ? values : shape(field, [](double value) {
     return value > 0 ? std::log(value) : no_value;

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -7,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/parallel_for.h"
 #include "processing/disk_breaks.h"
@@ -58,8 +57,7 @@ std::optional<DiskFit> disk_of(const OperationCall& call, const std::vector<Isop
   } else {
     const auto holding = [&](double share) {
       const double flux = share * isophotes.back().flux;
-      return std::find_if(isophotes.begin(), isophotes.end(),
-                          [&](const Isophote& one) { return one.flux >= flux; })
+      return std::ranges::find_if(isophotes, [&](const Isophote& one) { return one.flux >= flux; })
           ->radius;
     };
     inner = holding(0.5) / 2;
@@ -175,22 +173,20 @@ std::vector<PlaneProfile> measured_profiles(const OperationCall& call,
         profile.galaxy.start = PlanePoint{options.x, options.y};
         profile.isophotes = isophotes(image, options);
         if (profile.isophotes.empty()) {
-          throw InputError(
-              fmt::format("no galaxy: no ellipse about pixel ({:.6g}, {:.6g}) has "
-                          "light above its error",
-                          options.x + 1, options.y + 1));
+          throw input_error(
+              "no galaxy: no ellipse about pixel ({:.6g}, {:.6g}) has light above its error",
+              options.x + 1, options.y + 1);
         }
       } else {
         const Image& first = profiles.front().galaxy.image;
         if (image.width() != first.width() || image.height() != first.height()) {
-          throw InputError(fmt::format("{} x {} pixels, but the first plane has {} x {}",
-                                       image.width(), image.height(), first.width(),
-                                       first.height()));
+          throw input_error("{} x {} pixels, but the first plane has {} x {}", image.width(),
+                            image.height(), first.width(), first.height());
         }
         profile.isophotes = on_isophotes(image, options, profiles.front().isophotes);
       }
     } catch (const InputError& error) {
-      throw wrong(call, fmt::format("{}: {}", plane_label(task), error.what()));
+      throw wrong(call, "{}: {}", plane_label(task), error.what());
     }
     profile.disk = disk_of(call, profile.isophotes);
     profiles.push_back(std::move(profile));
@@ -201,9 +197,9 @@ std::vector<PlaneProfile> measured_profiles(const OperationCall& call,
 void draw_profiles(const OperationCall& call, const std::vector<PlaneProfile>& profiles) {
   std::vector<ProfileCurve> curves;
   const PlaneProfile& first = profiles.front();
-  const bool is_calibrated = std::all_of(
-      profiles.begin(), profiles.end(),
-      [](const PlaneProfile& one) { return std::isfinite(one.calibration.of_brightness); });
+  const bool is_calibrated = std::ranges::all_of(profiles, [](const PlaneProfile& one) {
+    return std::isfinite(one.calibration.of_brightness);
+  });
   for (const PlaneProfile& profile : profiles) {
     const double zero_point = is_calibrated ? profile.calibration.of_brightness : 0;
     ProfileCurve curve{profile.task.info.label, profile.isophotes, {}, profile.disk, zero_point};
@@ -276,12 +272,12 @@ Operation profile_operation() {
               Parameter::number("position_angle", "deg", Interval::any(), std::nullopt,
                                 "of all ellipses, from North towards East; without celestial "
                                 "coordinates from +y towards -x (default: fitted)"),
-              Parameter::vector2("radius", "pixels", positive, std::nullopt,
+              Parameter::vector2("radius", "pixels", Interval::positive(), std::nullopt,
                                  "inner,outer semi-major axis (default: 1, and the last within the "
                                  "image with light above its error)"),
               Parameter::number("step", "", Interval::closed(0.01, 1), 0.1,
                                 "each semi-major axis is 1 + step times the one before"),
-              Parameter::vector2("range", "pixels", not_negative, std::nullopt,
+              Parameter::vector2("range", "pixels", Interval::at_least(0), std::nullopt,
                                  "inner,outer semi-major axis of the disk's fit"),
               Parameter::text("plot", std::nullopt, "write a plot: .png"),
           }),

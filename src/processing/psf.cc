@@ -1,7 +1,5 @@
 #include "processing/psf.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <boost/math/special_functions/legendre.hpp>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "processing/psf_profile.h"
 
@@ -258,29 +257,27 @@ Stamp make_stamp(const Psf& psf, const StampOptions& options) {
 Stamp read_stamp(const Plane& image, const std::string& label, bool keep_flux) {
   const int width = image.width(), height = image.height();
   if (width % 2 == 0 || height % 2 == 0) {
-    throw InputError(
-        fmt::format("{}: a PSF of {} x {} pixels has no middle pixel to be centred on; "
-                    "crop or pad it to odd sides",
-                    label, width, height));
+    throw input_error(
+        "{}: a PSF of {} x {} pixels has no middle pixel to be centred on; crop or pad it to odd "
+        "sides",
+        label, width, height);
   }
   if (width > largest_stamp || height > largest_stamp) {
-    throw InputError(fmt::format("{}: a PSF of {} x {} pixels; at most {} x {}", label, width,
-                                 height, largest_stamp, largest_stamp));
+    throw input_error("{}: a PSF of {} x {} pixels; at most {} x {}", label, width, height,
+                      largest_stamp, largest_stamp);
   }
   Stamp stamp{width, height, {}};
   stamp.values.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   image.read(image.whole(), stamp.values.data());
-  const auto bad = std::find_if(stamp.values.begin(), stamp.values.end(),
-                                [](double v) { return !std::isfinite(v); });
+  const auto bad = std::ranges::find_if(stamp.values, [](double v) { return !std::isfinite(v); });
   if (bad != stamp.values.end()) {
     const auto index = bad - stamp.values.begin();
-    throw InputError(fmt::format("{}: pixel ({}, {}) of the PSF is {}; a PSF must be finite", label,
-                                 index % width + 1, index / width + 1, *bad));
+    throw input_error("{}: pixel ({}, {}) of the PSF is {}; a PSF must be finite", label,
+                      index % width + 1, index / width + 1, *bad);
   }
   const double sum = stamp.sum();
   if (!(sum > 0) || !std::isfinite(sum)) {
-    throw InputError(
-        fmt::format("{}: the PSF's pixels sum to {}; the sum must be positive", label, sum));
+    throw input_error("{}: the PSF's pixels sum to {}; the sum must be positive", label, sum);
   }
   if (!keep_flux) {
     for (double& v : stamp.values) v /= sum;

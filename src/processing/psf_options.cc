@@ -1,13 +1,10 @@
 #include "processing/psf_options.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <filesystem>
-#include <limits>
 #include <system_error>
-#include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
@@ -34,12 +31,11 @@ PsfOptions::PsfOptions(const OperationCall& call, InstrumentOption instrument)
     return;
   }
   if (!call.parameters.has("psf")) {
-    fail(fmt::format("needs --psf ({} or a FITS file), or --instrument",
-                     fmt::join(psf_models(), ", ")));
+    fail("needs --psf ({} or a FITS file), or --instrument", fmt::join(psf_models(), ", "));
   }
   const std::vector<std::string>& models = psf_models();
   const std::string& name = call.parameters.text("psf");
-  const auto model = std::find(models.begin(), models.end(), name);
+  const auto model = std::ranges::find(models, name);
   if (model == models.end()) {
     is_file_ = true;
     check_file_name(name);
@@ -60,7 +56,7 @@ PsfOptions::PsfOptions(const OperationCall& call, InstrumentOption instrument)
     refuse("fwhm", "follows from --diameter; give one of them");
     refuse("unit", "is of --fwhm, not of --diameter");
   } else if (!call.parameters.has("fwhm")) {
-    fail(kind_ == PsfKind::airy ? "needs --fwhm, or --diameter" : "needs --fwhm");
+    fail("{}", kind_ == PsfKind::airy ? "needs --fwhm, or --diameter" : "needs --fwhm");
   }
   check_size();
   if (call.parameters.number("axis_ratio") == 1) {
@@ -72,7 +68,7 @@ void PsfOptions::check_size() const {
   if (!call_.parameters.has("size")) return;
   refuse("energy", "chooses the size; give --size or --energy");
   if (const auto size = call_.parameters.integer("size"); size % 2 == 0) {
-    fail(fmt::format("--size is {}; only odd sizes have a middle pixel", size));
+    fail("--size is {}; only odd sizes have a middle pixel", size);
   }
 }
 
@@ -103,8 +99,8 @@ Psf PsfOptions::psf(const PlaneTask& task) const {
                                               : plane_value(call_, "fwhm", task);
   model.fwhm = needs_scale() ? asked / pixel_scale(task.header, task.label) : asked;
   if (!(model.fwhm >= least_fwhm && model.fwhm <= largest_fwhm)) {
-    fail(fmt::format("plane {}: a FWHM of {:.6g} pixels; [{}, {}] are possible", task.index + 1,
-                     model.fwhm, least_fwhm, largest_fwhm));
+    fail("plane {}: a FWHM of {:.6g} pixels; [{}, {}] are possible", task.index + 1, model.fwhm,
+         least_fwhm, largest_fwhm);
   }
   return Psf(model);
 }
@@ -120,20 +116,16 @@ StampOptions PsfOptions::stamp() const {
   return options;
 }
 
-void PsfOptions::fail(const std::string& what) const {
-  throw InputError(fmt::format("gutil {}: {}", call_.operation, what));
-}
-
 void PsfOptions::check_file_name(const std::string& name) const {
   const bool is_word = name.find_first_of("./[") == std::string::npos && name != "-";
   std::error_code error;
   if (!is_word || std::filesystem::exists(name, error)) return;
-  fail(fmt::format("--psf is {}; a model ({}) or a FITS file is needed{}", in_quotes(name),
-                   fmt::join(psf_models(), ", "), did_you_mean(name, psf_models())));
+  fail("--psf is {}; a model ({}) or a FITS file is needed{}", in_quotes(name),
+       fmt::join(psf_models(), ", "), did_you_mean(name, psf_models()));
 }
 
 void PsfOptions::refuse(const char* option, const char* why) const {
-  if (call_.parameters.is_given(option)) fail(fmt::format("{} {}", option_name(option), why));
+  if (call_.parameters.is_given(option)) fail("{} {}", option_name(option), why);
 }
 
 double PsfOptions::position_angle(const PlaneTask& task) const {
@@ -144,8 +136,8 @@ double PsfOptions::position_angle(const PlaneTask& task) const {
   try {
     return angle_on_pixels(*wcs, x, y, asked * degree) / degree - 90;
   } catch (const InputError& error) {
-    fail(fmt::format("{}: --position-angle is from North, at the middle of the image, but {}",
-                     task.label, error.what()));
+    fail("{}: --position-angle is from North, at the middle of the image, but {}", task.label,
+         error.what());
   }
 }
 
@@ -160,10 +152,8 @@ std::optional<CelestialWcs> PsfOptions::celestial_wcs(const PlaneTask& task) {
 
 double PsfOptions::diffraction_fwhm(const PlaneTask& task) const {
   if (!task.info.wavelength) {
-    fail(
-        fmt::format("{}: --diameter needs the wavelength of plane {}, which has no WAVELEN; "
-                    "give --fwhm",
-                    task.label, task.index + 1));
+    fail("{}: --diameter needs the wavelength of plane {}, which has no WAVELEN; give --fwhm",
+         task.label, task.index + 1);
   }
   const double ratio = *task.info.wavelength * angstrom / call_.parameters.number("diameter");
   return airy_fwhm(call_.parameters.number("obscuration")) * ratio / arcsecond;
@@ -192,8 +182,8 @@ StampSource StampFile::source(const PsfOptions& options, int index, int planes,
   }
   const std::size_t count = planes_.size();
   if (count != 1 && count != static_cast<std::size_t>(planes)) {
-    options.fail(fmt::format("the PSF {} has {} planes, {} has {}; one, or one for each is needed",
-                             name_, count, label, planes));
+    options.fail("the PSF {} has {} planes, {} has {}; one, or one for each is needed", name_,
+                 count, label, planes);
   }
   const auto& [plane, plane_label] = planes_[count == 1 ? 0 : static_cast<std::size_t>(index)];
   const auto make = [plane = plane, name = plane_label, keep_flux = keep_flux_] {
@@ -204,16 +194,15 @@ StampSource StampFile::source(const PsfOptions& options, int index, int planes,
 }
 
 ParameterTable psf_parameters(const PsfTexts& texts) {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
-      Parameter::numbers("fwhm", "pixels or arcsec", positive, std::nullopt,
+      Parameter::numbers("fwhm", "pixels or arcsec", Interval::positive(), std::nullopt,
                          "full width at half maximum of models; one value, or one for each plane"),
       Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", texts.unit),
       Parameter::number("beta", "", Interval::left_open(1, 100), 3.0,
                         "exponent of the Moffat profile"),
       Parameter::number("obscuration", "", Interval::closed(0, 0.95), 0.0,
                         "central obscuration of the Airy pattern, inner over outer diameter"),
-      Parameter::number("diameter", "m", positive, std::nullopt,
+      Parameter::number("diameter", "m", Interval::positive(), std::nullopt,
                         "aperture of the Airy pattern, whose width then follows from the "
                         "wavelengths of the planes"),
       Parameter::number(

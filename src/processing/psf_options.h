@@ -33,7 +33,10 @@ class PsfOptions {
   Psf psf(const PlaneTask& task) const;
   StampOptions stamp() const;
 
-  [[noreturn]] void fail(const std::string& what) const;
+  template <class... Values>
+  [[noreturn]] void fail(fmt::format_string<Values...> message, Values&&... values) const {
+    throw wrong(call_, message, std::forward<Values>(values)...);
+  }
 
  private:
   /// A word that names no file is a mistyped model name.

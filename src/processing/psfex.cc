@@ -1,11 +1,9 @@
 #include "processing/psfex.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "processing/kernel.h"
 
@@ -98,10 +96,8 @@ double VaryingPsf::weight(std::size_t stamp, const PixelPosition& at) const {
     }
   }
   if (!(flux > 0 && std::isfinite(flux))) {
-    throw InputError(
-        fmt::format("{}: the PSF at {:.6g},{:.6g} has the sum {:.6g}; a positive one "
-                    "is needed",
-                    label_, at.x, at.y, flux));
+    throw input_error("{}: the PSF at {:.6g},{:.6g} has the sum {:.6g}; a positive one is needed",
+                      label_, at.x, at.y, flux);
   }
   return keep_flux_ ? result : result / flux;
 }

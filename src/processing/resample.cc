@@ -151,7 +151,7 @@ class AxisWeights {
     double most = 0;
     for (const double weight : pixels) most = std::max(most, std::abs(weight));
     const auto counts = [&](double weight) { return std::abs(weight) > rounding_error * most; };
-    const auto from = std::find_if(pixels.begin(), pixels.end(), counts);
+    const auto from = std::ranges::find_if(pixels, counts);
     const auto to = std::find_if(pixels.rbegin(), pixels.rend(), counts).base();
     firsts_.push_back(first + static_cast<int>(from - pixels.begin()));
     weights_.insert(weights_.end(), from, to);

@@ -93,15 +93,6 @@ class PicturePlane final : public Plane {
 
 }  // namespace
 
-Rgb LuptonTone::operator()(const Rgb& rgb) const {
-  Rgb light;
-  for (std::size_t c = 0; c < 3; ++c) light[c] = scale[c] * (rgb[c] - minimum[c]);
-  Rgb result =
-      lupton_stretch(light, q / stretch, bright_fraction / std::asinh(bright_fraction * q));
-  for (double& value : result) value = std::max(value, 0.0);
-  return result;
-}
-
 ColourOf::ColourOf(const LuptonTone& tone)
     : change_([tone](const Channels& rgb, std::size_t count) {
         const ToneKernel curve{ToneCurve::asinh,

@@ -29,8 +29,6 @@ struct LuptonTone {
   Rgb scale = {1, 1, 1};
   double stretch = 1;  ///< > 0, in the unit of scale_c c
   double q = 8;        ///< > 0
-
-  Rgb operator()(const Rgb& rgb) const;
 };
 
 /// The values of LuptonTone that the user gives.
@@ -73,7 +71,6 @@ struct PlainTone {
 /// A function from pixel values to colours, for many pixels at a time.
 class ColourOf {
  public:
-  /// Equals LuptonTone except for the last bit or two.
   ColourOf(const LuptonTone& tone);
   template <class Function>
   requires std::is_invocable_r_v<Rgb, const Function&, const Rgb&> ColourOf(Function function)

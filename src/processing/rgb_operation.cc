@@ -1,10 +1,8 @@
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <map>
 #include <numeric>
 #include <optional>
@@ -12,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
@@ -51,9 +50,8 @@ std::vector<Source> choose_sources(const OperationCall& call, const std::vector<
   std::vector<Source> chosen;
   for (const double number : call.parameters.numbers("planes")) {
     if (number != std::floor(number) || number > static_cast<double>(all.size())) {
-      throw InputError(fmt::format("gutil rgb: --planes {}: there is no plane {}, only 1 to {}",
-                                   fmt::join(call.parameters.numbers("planes"), ","), number,
-                                   all.size()));
+      throw input_error("gutil rgb: --planes {}: there is no plane {}, only 1 to {}",
+                        fmt::join(call.parameters.numbers("planes"), ","), number, all.size());
     }
     chosen.push_back(all[static_cast<std::size_t>(number) - 1]);
   }
@@ -65,21 +63,21 @@ void check_sources(const OperationCall& call, const std::vector<Source>& sources
   for (const Source& source : sources) {
     const Plane &a = *first.plane, &b = *source.plane;
     if (a.width() != b.width() || a.height() != b.height()) {
-      throw InputError(
-          fmt::format("gutil rgb: {} has {} x {} pixels, {} has {} x {}; channels are of one size",
-                      first.label, a.width(), a.height(), source.label, b.width(), b.height()));
+      throw input_error(
+          "gutil rgb: {} has {} x {} pixels, {} has {} x {}; channels are of one size", first.label,
+          a.width(), a.height(), source.label, b.width(), b.height());
     }
     if (is_magnitude(source.info.unit)) {
-      throw InputError(fmt::format(
+      throw input_error(
           "gutil rgb: the pixels of {} are magnitudes ({}); a picture needs light, such as nJy",
-          source.label, source.info.unit));
+          source.label, source.info.unit);
     }
   }
   const bool fits = sources.size() == 1 || sources.size() == 3;
   if (!fits && call.parameters.text("method") != "auto") {
     const std::string few = sources.size() > 3 ? "choose three by --planes r,g,b" : "give three";
-    throw InputError(fmt::format("gutil rgb: {} planes in {}; {}, or take --method auto",
-                                 sources.size(), fmt::join(call.inputs, ", "), few));
+    throw input_error("gutil rgb: {} planes in {}; {}, or take --method auto", sources.size(),
+                      fmt::join(call.inputs, ", "), few);
   }
 }
 
@@ -118,9 +116,9 @@ void check_method_options(const OperationCall& call) {
   const std::string& method = call.parameters.text("method");
   for (const auto& [name, known] : methods) {
     if (!call.parameters.is_given(name)) continue;
-    if (std::find(known.begin(), known.end(), method) == known.end()) {
-      throw InputError(fmt::format("gutil rgb: {} goes with --method {}, not {}", option_name(name),
-                                   fmt::join(known, " or "), method));
+    if (std::ranges::find(known, method) == known.end()) {
+      throw input_error("gutil rgb: {} goes with --method {}, not {}", option_name(name),
+                        fmt::join(known, " or "), method);
     }
   }
 }
@@ -131,8 +129,8 @@ std::optional<Rgb> channel_values(const OperationCall& call, const std::string& 
   const std::vector<double>& values = call.parameters.numbers(name);
   if (values.size() == 1) return Rgb{values[0], values[0], values[0]};
   if (values.size() == 3) return Rgb{values[0], values[1], values[2]};
-  throw InputError(fmt::format("gutil rgb: {} has {} values; give one, or one for each channel",
-                               option_name(name), values.size()));
+  throw input_error("gutil rgb: {} has {} values; give one, or one for each channel",
+                    option_name(name), values.size());
 }
 
 /// Channels with 0 for missing pixels, which then have no weight in the choice of a tone.
@@ -149,15 +147,15 @@ std::array<Limits, 3> channel_limits(const OperationCall& call,
   const std::optional<Rgb> high = channel_values(call, "maximum");
   const bool has_percentiles = call.parameters.has("percentiles");
   if (has_percentiles && (low || high)) {
-    throw InputError(fmt::format("gutil rgb: --percentiles and {} exclude each other; give one",
-                                 low ? "--minimum" : "--maximum"));
+    throw input_error("gutil rgb: --percentiles and {} exclude each other; give one",
+                      low ? "--minimum" : "--maximum");
   }
   std::array<Limits, 3> limits;
   if (has_percentiles) {
     const std::vector<double>& ends = call.parameters.numbers("percentiles");
     if (!(ends[0] < ends[1])) {
-      throw InputError(
-          fmt::format("gutil rgb: --percentiles {}: low must be below high", fmt::join(ends, ",")));
+      throw input_error("gutil rgb: --percentiles {}: low must be below high",
+                        fmt::join(ends, ","));
     }
     for (std::size_t c = 0; c < channels.size(); ++c) {
       limits[c] = quantile_limits(channels.subspan(c, 1), ends[0] * percent, ends[1] * percent,
@@ -181,9 +179,9 @@ std::array<Limits, 3> channel_limits(const OperationCall& call,
   for (std::size_t c = 0; c < 3; ++c) {
     if (limits[c].low < limits[c].high) continue;
     constexpr std::array<const char*, 3> names = {"red", "green", "blue"};
-    throw InputError(fmt::format(
+    throw input_error(
         "gutil rgb: black at {:.6g} and white at {:.6g} in {}: give --minimum below --maximum",
-        limits[c].low, limits[c].high, names[c]));
+        limits[c].low, limits[c].high, names[c]);
   }
   return limits;
 }
@@ -257,8 +255,8 @@ int make_rgb(const OperationCall& call) {
   if (!is_auto && !wavelengths.empty()) {
     std::vector<std::size_t> order(planes.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::stable_sort(order.begin(), order.end(),
-                     [&](auto a, auto b) { return wavelengths[a] > wavelengths[b]; });
+    std::ranges::stable_sort(order,
+                             [&](auto a, auto b) { return wavelengths[a] > wavelengths[b]; });
     std::transform(order.begin(), order.end(), planes.begin(),
                    [&](std::size_t i) { return sources[i].plane; });
   }
@@ -271,22 +269,20 @@ int make_rgb(const OperationCall& call) {
 }
 
 ParameterTable rgb_parameters() {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   constexpr double largest_q = 1e10;
   return {
       Parameter::choice("method", {"lupton", "stiff", "plain", "auto"}, "lupton",
                         "how values become colours"),
-      Parameter::vector3("planes", "",
-                         Interval::right_open(1, std::numeric_limits<double>::infinity()),
-                         std::nullopt, "planes red,green,blue, from 1"),
+      Parameter::vector3("planes", "", Interval::at_least(1), std::nullopt,
+                         "planes red,green,blue, from 1"),
       Parameter::choice("order", {"wavelength", "given"}, "wavelength",
                         "longest wavelength first, or the planes as given, red first"),
       Parameter::numbers("minimum", "unit of the pixels", Interval::any(), std::nullopt,
                          "value of black, one for all or red,green,blue (default: the sky)"),
       Parameter::numbers(
-          "scale", "", positive, std::nullopt,
+          "scale", "", Interval::positive(), std::nullopt,
           "lupton: factors of the channels, one for all or red,green,blue (default: chosen)"),
-      Parameter::number("stretch", "unit of the pixels", positive, std::nullopt,
+      Parameter::number("stretch", "unit of the pixels", Interval::positive(), std::nullopt,
                         "lupton: linear stretch (default: chosen)"),
       Parameter::number("q", "", Interval::left_open(0, largest_q), std::nullopt,
                         "lupton: asinh softening (default: chosen; with --stretch 8)"),
@@ -295,12 +291,11 @@ ParameterTable rgb_parameters() {
                          "the 99.9 % percentile)"),
       Parameter::vector2("percentiles", "%", Interval::closed(0, 100), std::nullopt,
                          "stiff, plain: black and white of each channel instead"),
-      Parameter::number("gamma", "", positive, std::nullopt,
+      Parameter::number("gamma", "", Interval::positive(), std::nullopt,
                         "stiff (default 2.2), plain (default 1): gamma of the display"),
-      Parameter::number("luminance_gamma", "", positive, 1.0,
+      Parameter::number("luminance_gamma", "", Interval::positive(), 1.0,
                         "stiff: further gamma of the luminance alone"),
-      Parameter::number("saturation", "",
-                        Interval::right_open(0, std::numeric_limits<double>::infinity()), 1.0,
+      Parameter::number("saturation", "", Interval::at_least(0), 1.0,
                         "stiff: 0 is grey, 1 keeps the colours, larger values strengthen them"),
       Parameter::choice("bits", {"8", "16"}, std::nullopt,
                         "bits per channel of a PNG (default 16); a BMP has 8"),

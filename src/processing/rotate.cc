@@ -52,7 +52,7 @@ class KernelTable {
       const std::vector<double> row =
           taps_ == 1 ? std::vector<double>{1}
                      : interpolation_weights(kernel, phase / phases, 1, 1 - taps_ / 2, taps_);
-      std::copy(row.begin(), row.end(), &weights_[static_cast<std::size_t>(phase) * taps_]);
+      std::ranges::copy(row, &weights_[static_cast<std::size_t>(phase) * taps_]);
     }
   }
 

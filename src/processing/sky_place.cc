@@ -1,14 +1,14 @@
 #include "processing/sky_place.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <optional>
 #include <string_view>
 
+#include "core/message.h"
 #include "core/sexagesimal.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
+#include "processing/plane_operation.h"
 
 namespace gamer {
 namespace {
@@ -25,16 +25,15 @@ SkyPosition parse_sky_position(const std::string& text) {
   const auto dec =
       comma == std::string::npos ? std::nullopt : parse_angle(all.substr(comma + 1), 1);
   if (!ra || !dec) {
-    throw InputError(fmt::format(
+    throw input_error(
         "{}: expected RA,DEC in degrees (150.1,2.2), or in hours and degrees with colons "
         "(10:00:24,+2:12:00)",
-        in_quotes(text)));
+        in_quotes(text));
   }
   if (std::abs(*ra) > full_circle || std::abs(*dec) > pole) {
-    throw InputError(
-        fmt::format("{}: RA {:g} deg and Dec {:g} deg; RA is within [-360, 360], Dec "
-                    "within [-90, 90]",
-                    in_quotes(text), *ra, *dec));
+    throw input_error(
+        "{}: RA {:g} deg and Dec {:g} deg; RA is within [-360, 360], Dec within [-90, 90]",
+        in_quotes(text), *ra, *dec);
   }
   return {*ra, *dec};
 }
@@ -43,7 +42,7 @@ SkyPosition sky_position(const OperationCall& call) {
   try {
     return parse_sky_position(call.parameters.text("position"));
   } catch (const InputError& error) {
-    throw InputError(fmt::format("gutil {}: --position {}", call.operation, error.what()));
+    throw wrong(call, "--position {}", error.what());
   }
 }
 
@@ -59,15 +58,13 @@ PixelPosition pixel_within(const OperationCall& call, const CelestialWcs& wcs,
   const std::string what =
       fmt::format("gutil {}: --position {}", call.operation, call.parameters.text("position"));
   const auto pixel = wcs.pixel(sky);
-  if (!pixel) throw InputError(fmt::format("{} has no pixel in {}", what, label));
+  if (!pixel) throw input_error("{} has no pixel in {}", what, label);
   constexpr double first_side = 0.5;
   const bool is_inside = pixel->x >= first_side && pixel->x <= width + first_side &&
                          pixel->y >= first_side && pixel->y <= height + first_side;
   if (!is_inside) {
-    throw InputError(
-        fmt::format("{} is at pixel {:.6g},{:.6g}, outside {}, which has {} x {} "
-                    "pixels",
-                    what, pixel->x, pixel->y, label, width, height));
+    throw input_error("{} is at pixel {:.6g},{:.6g}, outside {}, which has {} x {} pixels", what,
+                      pixel->x, pixel->y, label, width, height);
   }
   return *pixel;
 }

@@ -1,7 +1,5 @@
 #include "processing/spiral_fit.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -9,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/error.h"
 
@@ -149,10 +148,10 @@ SpiralFit fit_spiral(const Image& map, const PolarGrid& grid) {
   for (int m = 1; m <= most_arms; ++m) {
     const std::vector<Coefficient> coefficients = coefficients_of(rows, grid, m);
     if (coefficients.size() < least_rows) {
-      throw InputError(
-          fmt::format("only {} of {} radii from {:.4g} to {:.4g} pixels have light all "
-                      "round; a spiral needs {}",
-                      coefficients.size(), rows.size(), grid.inner, grid.outer, least_rows));
+      throw input_error(
+          "only {} of {} radii from {:.4g} to {:.4g} pixels have light all round; a spiral needs "
+          "{}",
+          coefficients.size(), rows.size(), grid.inner, grid.outer, least_rows);
     }
     const double p = peak(coefficients, most_p_per_arm * m);
     SpiralMode& mode = fit.modes[static_cast<std::size_t>(m) - 1];

@@ -159,8 +159,8 @@ class StatisticsPass {
       lows[0] = std::min(lows[0], finite[i]);
       highs[0] = std::max(highs[0], finite[i]);
     }
-    const double low = *std::min_element(lows.begin(), lows.end());
-    const double high = *std::max_element(highs.begin(), highs.end());
+    const double low = *std::ranges::min_element(lows);
+    const double high = *std::ranges::max_element(highs);
     const auto position = [&](double value) {
       return Statistics::Pixel{
           x + static_cast<int>(std::find(values, values + length, value) - values), y};
@@ -269,7 +269,7 @@ class Selection {
       ranks.push_back(wanted.back().lower);
       ranks.push_back(wanted.back().upper);
     }
-    std::sort(ranks.begin(), ranks.end());
+    std::ranges::sort(ranks);
     ranks.erase(std::unique(ranks.begin(), ranks.end()), ranks.end());
     const std::vector<double> values = find(ranks);
     const auto value = [&](std::int64_t rank) {

@@ -15,9 +15,8 @@ constexpr std::string_view gap = "  ";
 
 /// Number of letters on a screen: bytes of UTF-8 that do not continue another byte.
 std::size_t letters(const std::string& text) {
-  return static_cast<std::size_t>(std::count_if(text.begin(), text.end(), [](char c) {
-    return (static_cast<unsigned char>(c) & 0xC0) != 0x80;
-  }));
+  return static_cast<std::size_t>(std::ranges::count_if(
+      text, [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
 std::string cell(const DataColumn& column, std::size_t row) {

@@ -1,7 +1,5 @@
 #include "processing/tone.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "core/no_value.h"
 #include "gamer/core/error.h"
 #include "processing/statistics.h"
@@ -67,8 +66,8 @@ LinearTone scale_to(double wanted, double measured, const char* what) {
   if (std::isnan(measured)) throw InputError("no pixel has a finite value");
   const double factor = wanted / measured;
   if (!(measured > 0) || !std::isfinite(factor) || factor == 0) {
-    throw InputError(fmt::format("the {} is {:.6g}, which no positive factor brings to {:.6g}",
-                                 what, measured, wanted));
+    throw input_error("the {} is {:.6g}, which no positive factor brings to {:.6g}", what, measured,
+                      wanted);
   }
   return {0, factor};
 }
@@ -120,8 +119,8 @@ Limits quantile_limits(std::span<const PlanePtr> planes, double low, double high
 LinearTone tone_to_unit_range(const Limits& limits) {
   const double factor = 1 / (limits.high - limits.low);
   if (!(limits.high > limits.low) || !std::isfinite(factor) || factor == 0) {
-    throw InputError(fmt::format("{:.6g} and {:.6g} span no range of values that becomes 0 to 1",
-                                 limits.low, limits.high));
+    throw input_error("{:.6g} and {:.6g} span no range of values that becomes 0 to 1", limits.low,
+                      limits.high);
   }
   return {limits.low, factor};
 }

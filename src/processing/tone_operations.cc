@@ -1,9 +1,7 @@
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <array>
 #include <functional>
-#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -12,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
@@ -71,8 +70,7 @@ std::vector<Tone> measure_tones(const OperationCall& call, std::span<const Plane
       const PlaneTask& first = group.front();
       const std::string plane =
           group.size() == 1 && first.count > 1 ? fmt::format(", plane {}", first.index + 1) : "";
-      throw InputError(
-          fmt::format("gutil {}: {}{}: {}", call.operation, first.label, plane, error.what()));
+      throw wrong(call, "{}{}: {}", first.label, plane, error.what());
     }
   };
   std::vector<Tone> tones;
@@ -154,10 +152,10 @@ std::string only_target(const OperationCall& call) {
   }
   if (given.size() == 1) return given.front();
   if (given.empty()) {
-    throw InputError(fmt::format("gutil normalise: to what? give one of {}", fmt::join(all, ", ")));
+    throw input_error("gutil normalise: to what? give one of {}", fmt::join(all, ", "));
   }
-  throw InputError(fmt::format("gutil normalise: {} and {} exclude each other; give one",
-                               option_name(given[0]), option_name(given[1])));
+  throw input_error("gutil normalise: {} and {} exclude each other; give one",
+                    option_name(given[0]), option_name(given[1]));
 }
 
 /// The tone that gives the plane's total the magnitude.
@@ -199,8 +197,8 @@ Normalisation::Normalisation(const OperationCall& call)
   const std::vector<double>& percentiles = parameters.numbers(target_);
   range_ = {percentiles[0] * percent, percentiles[1] * percent};
   if (!(range_[0] < range_[1])) {
-    throw InputError(fmt::format("gutil normalise: --percentile-range {}: low must be below high",
-                                 fmt::join(percentiles, ",")));
+    throw input_error("gutil normalise: --percentile-range {}: low must be below high",
+                      fmt::join(percentiles, ","));
   }
 }
 
@@ -208,7 +206,7 @@ std::span<const PlaneTask> Normalisation::measured(std::span<const PlaneTask> gr
   if (!call_.parameters.has("reference")) return group;
   const std::int64_t reference = call_.parameters.integer("reference");
   if (reference > static_cast<std::int64_t>(group.size())) {
-    throw InputError(fmt::format("--reference {}: there are {} planes", reference, group.size()));
+    throw input_error("--reference {}: there are {} planes", reference, group.size());
   }
   return group.subspan(static_cast<std::size_t>(reference) - 1, 1);
 }
@@ -218,8 +216,8 @@ LinearTone Normalisation::tone(std::span<const PlaneTask> group) const {
   const int threads = group.front().threads;
   if (is_to_magnitude_) {
     if (group.size() > 1) {
-      throw InputError(fmt::format(
-          "--magnitude of which of {} planes? give --reference, or --per plane", group.size()));
+      throw input_error("--magnitude of which of {} planes? give --reference, or --per plane",
+                        group.size());
     }
     return tone_to_magnitude(plane_value(call_, "magnitude", group.front()), group.front());
   }
@@ -256,7 +254,6 @@ int Normalisation::run() const {
 }
 
 Operation normalise_operation() {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
       .name = "normalise",
       .aliases = {"normalize"},
@@ -277,17 +274,18 @@ Operation normalise_operation() {
           "multiplied by f^2.",
       .parameters =
           {
-              Parameter::number("total", "", positive, std::nullopt, "sum of the pixels"),
-              Parameter::number("peak", "", positive, std::nullopt, "largest pixel"),
-              Parameter::number("mean", "", positive, std::nullopt, "mean of the pixels"),
+              Parameter::number("total", "", Interval::positive(), std::nullopt,
+                                "sum of the pixels"),
+              Parameter::number("peak", "", Interval::positive(), std::nullopt, "largest pixel"),
+              Parameter::number("mean", "", Interval::positive(), std::nullopt,
+                                "mean of the pixels"),
               Parameter::vector2("percentile_range", "%", Interval::closed(0, 100), std::nullopt,
                                  "percentiles low,high that become 0 and 1"),
               Parameter::numbers("magnitude", "mag", Interval::any(), std::nullopt,
                                  "AB magnitude of the sum: one for all planes, or one for each"),
               per_parameter(),
-              Parameter::integer(
-                  "reference", "", Interval::right_open(1, std::numeric_limits<double>::infinity()),
-                  std::nullopt, "with --per file: the plane, from 1, that is measured for all"),
+              Parameter::integer("reference", "", Interval::at_least(1), std::nullopt,
+                                 "with --per file: the plane, from 1, that is measured for all"),
           },
       .example = "normalise --peak 1 in.fits out.fits",
       .run = [](const OperationCall& call) { return Normalisation(call).run(); }};
@@ -312,7 +310,6 @@ int correct_gamma(const OperationCall& call) {
 }
 
 Operation gamma_operation() {
-  const Interval positive = Interval::open(0, std::numeric_limits<double>::infinity());
   return {
       .name = "gamma",
       .group = tone_group,
@@ -325,8 +322,9 @@ Operation gamma_operation() {
           "PHOTZP, PHOTFLAM, GAIN and SATURATE are deleted.",
       .parameters =
           {
-              required(Parameter::number("gamma", "", positive, std::nullopt, "exponent")),
-              Parameter::number("maximum", "unit of the pixels", positive, std::nullopt,
+              required(
+                  Parameter::number("gamma", "", Interval::positive(), std::nullopt, "exponent")),
+              Parameter::number("maximum", "unit of the pixels", Interval::positive(), std::nullopt,
                                 "value that becomes 1 (default: the largest pixel)"),
               per_parameter(),
           },
@@ -352,8 +350,7 @@ int stretch_file(const OperationCall& call) {
   stretch.function = stretch_functions().at(name);
   const bool has_softening = name == "log" || name == "asinh";
   if (parameters.has("softening") && !has_softening) {
-    throw InputError(
-        fmt::format("gutil stretch: --softening goes with log and asinh, not {}", name));
+    throw input_error("gutil stretch: --softening goes with log and asinh, not {}", name);
   }
   stretch.softening = parameters.has("softening") ? parameters.number("softening")
                                                   : default_softening(stretch.function);
@@ -364,8 +361,8 @@ int stretch_file(const OperationCall& call) {
   const std::string limits = parameters.has("limits") ? "limits" : "percentiles";
   const std::vector<double>& ends = parameters.numbers(limits);
   if (!(ends[0] < ends[1])) {
-    throw InputError(fmt::format("gutil stretch: {} {}: low must be below high",
-                                 option_name(limits), fmt::join(ends, ",")));
+    throw input_error("gutil stretch: {} {}: low must be below high", option_name(limits),
+                      fmt::join(ends, ","));
   }
   const auto measure = [&](std::span<const PlaneTask> group) {
     if (limits == "limits") return Limits{ends[0], ends[1]};
@@ -401,8 +398,7 @@ Operation stretch_operation() {
                   Parameter::choice("function", {"linear", "sqrt", "log", "asinh"}, "asinh",
                                     "the stretch"),
                   Parameter::number(
-                      "softening", "", Interval::open(0, std::numeric_limits<double>::infinity()),
-                      std::nullopt,
+                      "softening", "", Interval::positive(), std::nullopt,
                       "parameter a of log (default 1000; larger bends more) and asinh (default "
                       "0.1; smaller bends more)"),
                   Parameter::vector2("percentiles", "%", Interval::closed(0, 100),

@@ -166,7 +166,7 @@ int run_unwrap(const OperationCall& call) {
                    {memory_plane(is_log ? map : polar_map(galaxy.image, disk.plane, shown))},
                    call.bitpix != 0 ? call.bitpix : float_bitpix, call.threads);
     } catch (const InputError& error) {
-      throw wrong(call, fmt::format("{}: {}", plane_label(task), error.what()));
+      throw wrong(call, "{}: {}", plane_label(task), error.what());
     }
   }
   output.finish();
@@ -208,7 +208,7 @@ Operation unwrap_operation() {
                   "position_angle", "deg", Interval::any(), std::nullopt,
                   "line of nodes, from North towards East; without celestial coordinates from +y "
                   "towards -x (default: the light's major axis)"),
-              Parameter::vector2("radius", "pixels", positive, std::nullopt,
+              Parameter::vector2("radius", "pixels", Interval::positive(), std::nullopt,
                                  "inner,outer radius in the disk (default: 0.25 and 1 Petrosian "
                                  "radii)"),
               Parameter::choice("axis", {"log", "linear"}, "log", "rows even in ln r or in r"),

@@ -12,7 +12,7 @@ LightSums::LightSums(const OutputLayout& layout, std::span<const double> unit_fa
 }
 
 void LightSums::clear() {
-  std::fill(values_.begin(), values_.end(), 0.0);
+  std::ranges::fill(values_, 0.0);
   for (auto& owner : owners_) owner.clear();
 }
 

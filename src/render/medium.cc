@@ -207,7 +207,7 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const Spectra
   const std::vector<SpectralPlane>& planes = basis_->spectrum().planes;
   std::vector<std::size_t> order(planes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(order, [&](std::size_t a, std::size_t b) {
     return planes[a].wavelength < planes[b].wavelength;
   });
   const std::size_t count = std::min(order.size(), most_steering_planes);
@@ -279,7 +279,7 @@ void Medium::make_shares() {
   const auto key = [&](int g) { return std::pair(spectra(g).kind, placed(g).redshift); };
   std::vector<int> order(spectra_.size());
   std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) { return key(a) < key(b); });
+  std::ranges::sort(order, [&](int a, int b) { return key(a) < key(b); });
   std::size_t weights = 0, extinction = 0;
   std::optional<std::pair<std::uint32_t, double>> last;
   for (const int g : order) {
@@ -319,7 +319,7 @@ void Medium::fill_share(const PlacedGalaxy& galaxy, const GalaxyClass& kind,
     const auto [same, is_new] = known.try_emplace(sed, weights);
     if (is_new) {
       const std::vector<double> row = basis_->weights(*sed, galaxy.redshift);
-      std::copy(row.begin(), row.end(), weights);
+      std::ranges::copy(row, weights);
     } else {
       std::copy_n(same->second, planes_times_steps(), weights);
     }
@@ -365,7 +365,7 @@ double Medium::typical_brightness(int galaxy, std::size_t s) const {
 void Medium::rank_galaxies() {
   std::vector<int> order(scene_->galaxies.size());
   std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
+  std::ranges::stable_sort(order, [&](int a, int b) {
     const auto key = [&](int g) {
       const PlacedGalaxy& galaxy = placed(g);
       return std::make_tuple(galaxy.centre.x, galaxy.centre.y, galaxy.centre.z, galaxy.radius,
@@ -429,15 +429,14 @@ bool Medium::has_variants(const Hit& hit) const {
   if (!(largest > 0)) return false;
   const auto components = placed(hit.galaxy).galaxy->components();
   const std::vector<int>& dust = kind(hit.galaxy).dust;
-  return std::any_of(dust.begin(), dust.end(), [&](int c) {
-    return components[static_cast<std::size_t>(c)]->hides_texture(largest);
-  });
+  return std::ranges::any_of(
+      dust, [&](int c) { return components[static_cast<std::size_t>(c)]->hides_texture(largest); });
 }
 
 Cover Medium::cover(std::span<const Hit> hits) const {
   Cover result;
   for (const Hit& hit : hits) result.galaxies.push_back(hit.galaxy);
-  std::sort(result.galaxies.begin(), result.galaxies.end(), [&](int a, int b) {
+  std::ranges::sort(result.galaxies, [&](int a, int b) {
     return rank_[static_cast<std::size_t>(a)] < rank_[static_cast<std::size_t>(b)];
   });
   const auto add = [](int galaxy, std::size_t components, std::vector<Cover::Slot>& slots) {
@@ -541,8 +540,8 @@ void Medium::fill(int galaxy, std::span<const NodesInBall> stretches, std::size_
   const auto threshold = static_cast<float>(accuracy_.texture_threshold);
   const std::size_t components = type.components().size();
   s.densities.resize(std::max(s.densities.size(), variants * components));
-  const bool has_fields = std::any_of(galaxy_class.fields.begin(), galaxy_class.fields.end(),
-                                      [](const auto* field) { return field != nullptr; });
+  const bool has_fields =
+      std::ranges::any_of(galaxy_class.fields, [](const auto* field) { return field != nullptr; });
   const auto dust_slot = [&](std::size_t variant, std::size_t m) -> std::vector<float>& {
     return nodes.dust[variant * nodes.dust_slots + first_dust + m];
   };

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <glm/geometric.hpp>
 #include <tuple>
 
@@ -74,7 +73,7 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
 /// Shortest half axis of a galaxy's ball in the image, scene units.
 double shortest_axis(const PlacedGalaxy& placed) {
   const auto& axis = placed.galaxy->axis();
-  return placed.radius * *std::min_element(axis.begin(), axis.end()) / placed.source_stretch;
+  return placed.radius * *std::ranges::min_element(axis) / placed.source_stretch;
 }
 
 }  // namespace
@@ -134,7 +133,7 @@ Renderer::Renderer(const RenderParameters& parameters, const Accuracy& accuracy,
         for (int i = x - 1; i <= x + 1; ++i) cusp_pixels_.emplace_back(j, i);
       }
     }
-    std::sort(cusp_pixels_.begin(), cusp_pixels_.end());
+    std::ranges::sort(cusp_pixels_);
   }
   std::vector<double> wavelengths;
   for (const SpectralPlane& plane : spectrum.planes) {
@@ -155,7 +154,7 @@ Renderer::Renderer(const RenderParameters& parameters, const Accuracy& accuracy,
     (camera_.is_near_seam(star.pixel, star_reach()) ? seam_stars_ : stars_).push_back(&star);
   }
   for (auto* stars : {&stars_, &seam_stars_}) {
-    std::stable_sort(stars->begin(), stars->end(), [](const PlacedStar* a, const PlacedStar* b) {
+    std::ranges::stable_sort(*stars, [](const PlacedStar* a, const PlacedStar* b) {
       return std::tie(a->pixel.y, a->pixel.x, a->flux) < std::tie(b->pixel.y, b->pixel.x, b->flux);
     });
   }

@@ -39,8 +39,7 @@ std::size_t segments_in(const Sed::Range& range, double spacing) {
 
 /// The union of ranges, ascending.
 std::vector<Sed::Range> merged(std::vector<Sed::Range> ranges) {
-  std::sort(ranges.begin(), ranges.end(),
-            [](const Sed::Range& a, const Sed::Range& b) { return a.low < b.low; });
+  std::ranges::sort(ranges, [](const Sed::Range& a, const Sed::Range& b) { return a.low < b.low; });
   std::vector<Sed::Range> result;
   for (const Sed::Range& range : ranges) {
     if (!result.empty() && range.low <= result.back().high) {
@@ -109,8 +108,8 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
         }
       }
     }
-    std::stable_sort(layouts.begin(), layouts.end(),
-                     [](const Layout& a, const Layout& b) { return a.nodes < b.nodes; });
+    std::ranges::stable_sort(layouts,
+                             [](const Layout& a, const Layout& b) { return a.nodes < b.nodes; });
     const std::vector<Trial> tried = trials(probes);
     double best = HUGE_VAL;
     const Layout* chosen = nullptr;
@@ -127,7 +126,7 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
   }
   for (std::size_t p = 0; p < planes(); ++p) {
     const std::vector<double> values = interpolation(p);
-    const auto largest = std::max_element(values.begin(), values.end());
+    const auto largest = std::ranges::max_element(values);
     main_nodes_.push_back(static_cast<std::size_t>(largest - values.begin()));
   }
 }
@@ -176,9 +175,8 @@ const SpectralBasis::Segment& SpectralBasis::segment_at(std::size_t plane,
   const auto outside = [&](const Segment& segment) {
     return std::max({segment.low - wavelength, wavelength - segment.high, 0.0});
   };
-  return *std::min_element(
-      segments_.begin(), segments_.end(),
-      [&](const Segment& a, const Segment& b) { return outside(a) < outside(b); });
+  return *std::ranges::min_element(
+      segments_, [&](const Segment& a, const Segment& b) { return outside(a) < outside(b); });
 }
 
 void SpectralBasis::spread(std::size_t plane, double wavelength, double light,
@@ -259,7 +257,7 @@ double SpectralBasis::error(const std::vector<Trial>& trials) const {
     for (std::size_t p = 0; p < planes(); ++p) {
       const Trial::Plane& plane = trial.planes[p];
       if (!(plane.free > 0)) continue;
-      std::fill(total.begin(), total.end(), 0.0);
+      std::ranges::fill(total, 0.0);
       for (std::size_t k = 0; k < plane.light.flux.size(); ++k) {
         const double light = plane.light.flux[k];
         if (light != 0) spread(p, plane.light.wavelength[k], light, total.data());

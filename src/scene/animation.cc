@@ -1,7 +1,5 @@
 #include "gamer/scene/animation.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -9,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "core/message.h"
 #include "image/image_suffix.h"
 
 namespace gamer {
@@ -110,15 +109,15 @@ CameraPath::CameraPath(const RenderParameters& parameters)
     if (!animation.has(name)) continue;
     const std::size_t numbers = animation.numbers(name).size();
     if (numbers % size != 0) {
-      throw InputError(animation.where(name),
-                       fmt::format("{} has {} numbers; each key frame has three", name, numbers));
+      throw input_error(animation.where(name), "{} has {} numbers; each key frame has three", name,
+                        numbers);
     }
     if (numbers == 0) {
-      throw InputError(animation.where(name), fmt::format("{} is empty", name));
+      throw input_error(animation.where(name), "{} is empty", name);
     }
     if (first != nullptr && numbers / size != keys) {
-      throw InputError(animation.where(name), fmt::format("{} has {} key frames, but {} has {}",
-                                                          name, numbers / size, first, keys));
+      throw input_error(animation.where(name), "{} has {} key frames, but {} has {}", name,
+                        numbers / size, first, keys);
     }
     keys = numbers / size;
     if (first == nullptr) first = name;
@@ -126,17 +125,15 @@ CameraPath::CameraPath(const RenderParameters& parameters)
   for (const auto& [name, kinds] : {std::pair{"fov", "a perspective or fisheye view"},
                                     std::pair{"width", "an orthographic view"}}) {
     if (animation.has(name) && !parameters.applies("camera", name)) {
-      throw InputError(animation.where(name),
-                       fmt::format("animation.{} belongs to {}", name, kinds));
+      throw input_error(animation.where(name), "animation.{} belongs to {}", name, kinds);
     }
   }
   if (animation.has("times")) {
     times_ = animation.numbers("times");
     for (std::size_t i = 1; i < times_.size(); ++i) {
       if (times_[i] > times_[i - 1]) continue;
-      throw InputError(animation.where("times"),
-                       fmt::format("times[{}] = {} is not after times[{}] = {}", i, times_[i],
-                                   i - 1, times_[i - 1]));
+      throw input_error(animation.where("times"), "times[{}] = {} is not after times[{}] = {}", i,
+                        times_[i], i - 1, times_[i - 1]);
     }
   } else {
     for (std::size_t i = 0; i < std::max<std::size_t>(keys, 1); ++i) {
@@ -162,8 +159,8 @@ CameraPath::CameraPath(const RenderParameters& parameters)
       const glm::dvec3 way = direction_of(view.target - view.position);
       const glm::dvec3 up = direction_of(ups[i]);
       if (!(glm::length(glm::cross(way, up)) > 0)) {
-        throw InputError(animation.where("up"),
-                         fmt::format("up of key frame {} is none or parallel to the view", i + 1));
+        throw input_error(animation.where("up"),
+                          "up of key frame {} is none or parallel to the view", i + 1);
       }
       const glm::dquat turn = turn_of(way, up);
       turns.push_back(!turns.empty() && glm::dot(turns.back(), turn) < 0 ? -turn : turn);
@@ -185,31 +182,28 @@ void CameraPath::check_views(const ParameterSet& animation, Projection projectio
     if (!is_finite(view.position) || !is_finite(view.target) || !is_finite(view.up) ||
         !std::isfinite(distance) || !(view.fov > 0) || !(view.width > 0) ||
         !std::isfinite(view.fov) || !std::isfinite(view.width)) {
-      throw InputError(animation.where(animation.has("times") ? "times" : "frames"),
-                       fmt::format("in frame {} the camera leaves the range of numbers: the key "
-                                   "frames lie too far apart, or their times too near",
-                                   frame + 1));
+      throw input_error(animation.where(animation.has("times") ? "times" : "frames"),
+                        "in frame {} the camera leaves the range of numbers: the key frames lie "
+                        "too far apart, or their times too near",
+                        frame + 1);
     }
     if (log_fov_ && !(view.fov < most_fov || (view.fov == most_fov && may_be_most))) {
-      throw InputError(
-          animation.where("fov"),
-          fmt::format("in frame {} fov is {:.6g}, outside ]0, {}{} (deg): the path through the key "
-                      "frames swings beyond them; more of them hold it",
-                      frame + 1, view.fov, most_fov, may_be_most ? ']' : '['));
+      throw input_error(animation.where("fov"),
+                        "in frame {} fov is {:.6g}, outside ]0, {}{} (deg): the path through the "
+                        "key frames swings beyond them; more of them hold it",
+                        frame + 1, view.fov, most_fov, may_be_most ? ']' : '[');
     }
     if (!(distance > 0)) {
-      throw InputError(animation.where("frames"),
-                       fmt::format("in frame {} the camera stands on its target: the view has no "
-                                   "direction",
-                                   frame + 1));
+      throw input_error(animation.where("frames"),
+                        "in frame {} the camera stands on its target: the view has no direction",
+                        frame + 1);
     }
     const double sine = glm::length(glm::cross(way / distance, glm::normalize(view.up)));
     if (!turn_ && sine < least) {
-      throw InputError(
-          animation.where("frames"),
-          fmt::format("in frame {} the view is parallel to camera.up, about which the image would "
-                      "spin; give animation.up, the direction that is up in each key frame",
-                      frame + 1));
+      throw input_error(animation.where("frames"),
+                        "in frame {} the view is parallel to camera.up, about which the image "
+                        "would spin; give animation.up, the direction that is up in each key frame",
+                        frame + 1);
     }
   }
 }

@@ -1,7 +1,5 @@
 #include "gamer/scene/background.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -9,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/random.h"
 #include "gamer/core/random_variate.h"
@@ -168,10 +167,10 @@ std::string background_list(const Background& background, const Camera& camera) 
                                          Background::galaxies_brighter(background.brightest));
   const double stars = view.area() * background.star_number;
   if (galaxies + stars > Background::most_objects) {
-    throw InputError(
-        fmt::format("gamer: the background would have {:.3g} objects, more than {:.0f}; "
-                    "--faintest sets the limit of galaxies",
-                    galaxies + stars, Background::most_objects));
+    throw input_error(
+        "gamer: the background would have {:.3g} objects, more than {:.0f}; --faintest sets the "
+        "limit of galaxies",
+        galaxies + stars, Background::most_objects);
   }
   std::string list =
       "galaxy ra dec redshift half_light_radius apparent_magnitude inclination pa sed seed\n";

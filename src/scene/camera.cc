@@ -1,16 +1,13 @@
 #include "gamer/scene/camera.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
-#include <glm/vec2.hpp>
-#include <optional>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/image/data_table.h"
 #include "gamer/image/wcs_affine.h"
@@ -48,11 +45,10 @@ ImageRegion window_of(const RenderParameters& parameters) {
   if (!parameters.image.region) return whole;
   const ImageRegion& region = *parameters.image.region;
   if (region.right() <= whole.width && region.top() <= whole.height) return region;
-  throw InputError(
-      parameters.section("image").where("region"),
-      fmt::format("region = [{}, {}, {}, {}] reaches to the pixel {}, {}; the image has {} x {}",
-                  region.left + 1, region.bottom + 1, region.width, region.height, region.right(),
-                  region.top(), whole.width, whole.height));
+  throw input_error(parameters.section("image").where("region"),
+                    "region = [{}, {}, {}, {}] reaches to the pixel {}, {}; the image has {} x {}",
+                    region.left + 1, region.bottom + 1, region.width, region.height, region.right(),
+                    region.top(), whole.width, whole.height);
 }
 
 /// Value of a header's card, without quotes and comment.
@@ -74,10 +70,10 @@ std::optional<std::string> header_value(const std::string& header, const std::st
 /// Size of an image along an axis, as its header gives it.
 int header_size(const std::string& header, const std::string& key, const std::string& label) {
   const std::optional<std::string> value = header_value(header, key);
-  if (!value) throw InputError({label, 0, 0}, fmt::format("its header has no {}", key));
+  if (!value) throw input_error({label, 0, 0}, "its header has no {}", key);
   const int size = number_of<int>(*value).value_or(0);
   if (size < 1) {
-    throw InputError({label, 0, 0}, fmt::format("{} = {} is no image's size", key, *value));
+    throw input_error({label, 0, 0}, "{} = {} is no image's size", key, *value);
   }
   return size;
 }
@@ -97,10 +93,9 @@ void check_sky_header(const std::string& header, const std::string& label) {
   if (frame.empty()) frame = header_value(header, "RADECSYS").value_or("");
   if (frame.empty()) frame = !equinox ? "ICRS" : *equinox < first_of_fk5 ? "FK4" : "FK5";
   if (frame != "ICRS" && !(frame == "FK5" && equinox.value_or(icrs_equinox) == icrs_equinox)) {
-    throw InputError(
-        {label, 0, 0},
-        fmt::format("its coordinates are {}{}; expected ICRS, or FK5 of the equinox 2000", frame,
-                    equinox ? fmt::format(" of the equinox {}", *equinox) : ""));
+    throw input_error({label, 0, 0},
+                      "its coordinates are {}{}; expected ICRS, or FK5 of the equinox 2000", frame,
+                      equinox ? fmt::format(" of the equinox {}", *equinox) : "");
   }
   static constexpr std::array<const char*, 8> scales = {"CD1_1",  "CD1_2",  "CD2_1",    "CD2_2",
                                                         "CDELT1", "CDELT2", "CD001001", "CD002002"};
@@ -399,9 +394,8 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
     const int height = header_size(text->content, "NAXIS2", name);
     const ParameterSet& image = parameters.section("image");
     if (image.is_given("size") && (parameters.width != width || parameters.height != height)) {
-      throw InputError(image.where("size"),
-                       fmt::format("size = {} x {} is not that of camera.header, {} x {}",
-                                   parameters.width, parameters.height, width, height));
+      throw input_error(image.where("size"), "size = {} x {} is not that of camera.header, {} x {}",
+                        parameters.width, parameters.height, width, height);
     }
     parameters.set("image", "size", std::vector<double>{double(width), double(height)});
     CelestialWcs wcs = CelestialWcs::from_header(text->content, name);

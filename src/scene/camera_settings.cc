@@ -1,13 +1,12 @@
 #include "gamer/scene/camera_settings.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "scene/section_values.h"
 
 namespace gamer {
@@ -32,22 +31,21 @@ void check_view(const ParameterSet& camera) {
     return fmt::format("camera.{} = {}", key, value_text(camera.value(key)));
   };
   if (!(distance > 0)) {
-    throw InputError(
-        place_of(camera, {"target", "position"}),
-        fmt::format("{} is camera.position: the view has no direction", text("target")));
+    throw input_error(place_of(camera, {"target", "position"}),
+                      "{} is camera.position: the view has no direction", text("target"));
   }
   if (!std::isfinite(distance)) {
-    throw InputError(place_of(camera, {"target", "position"}),
-                     fmt::format("{} is too far from {}", text("target"), text("position")));
+    throw input_error(place_of(camera, {"target", "position"}), "{} is too far from {}",
+                      text("target"), text("position"));
   }
   const double length = glm::length(up);
   if (!(length > 0) || !std::isfinite(length)) {
-    throw InputError(camera.where("up"), fmt::format("{} is no direction", text("up")));
+    throw input_error(camera.where("up"), "{} is no direction", text("up"));
   }
   if (glm::length(glm::cross(up / length, view / distance)) < smallest_sine) {
-    throw InputError(place_of(camera, {"up", "target", "position"}),
-                     fmt::format("{} is parallel to the view from {} to {}", text("up"),
-                                 text("position"), text("target")));
+    throw input_error(place_of(camera, {"up", "target", "position"}),
+                      "{} is parallel to the view from {} to {}", text("up"), text("position"),
+                      text("target"));
   }
 }
 
@@ -85,7 +83,7 @@ ParameterTable view_parameters() {
                         "full angle across the image's width (perspective: below 180; fisheye: "
                         "180 by default)")
           .usual_logarithmic(1, 180),
-      Parameter::number("width", "scene units", positive(), 2.5,
+      Parameter::number("width", "scene units", Interval::positive(), 2.5,
                         "full width across the image (orthographic)")
           .usual_logarithmic(0.05, 50),
       Parameter::integer(
@@ -167,19 +165,19 @@ CameraSettings CameraSettings::read(const ParameterSet& values) {
   result.up = vector(values.numbers("up"));
   result.fov = values.number("fov");
   if (result.projection == Projection::perspective && !(result.fov < 180)) {
-    throw InputError(values.where("fov"),
-                     fmt::format("fov = {} is outside ]0, 180[ (deg) of a perspective view; "
-                                 "projection = \"fisheye\" shows more",
-                                 result.fov));
+    throw input_error(values.where("fov"),
+                      "fov = {} is outside ]0, 180[ (deg) of a perspective view; projection = "
+                      "\"fisheye\" shows more",
+                      result.fov);
   }
   result.width = values.number("width");
   result.frame = find_frame(values.text("frame"));
   result.is_nested = values.text("ordering") == "nested";
   const std::vector<double>& center = values.numbers("center");
   if (std::abs(center[1]) > 90) {
-    throw InputError(values.where("center"),
-                     fmt::format("center = {}: the declination is outside [-90, 90] (deg)",
-                                 value_text(values.value("center"))));
+    throw input_error(values.where("center"),
+                      "center = {}: the declination is outside [-90, 90] (deg)",
+                      value_text(values.value("center")));
   }
   result.sky.projection = values.text("sky_projection");
   result.sky.parameters = values.numbers("projection_parameters");

@@ -40,7 +40,7 @@ CatalogueFormat detect_format(std::string_view text) {
   bool first = true;
   bool sextractor = false;
   while (lines.next(line)) {
-    if (std::all_of(line.text.begin(), line.text.end(), is_blank)) continue;
+    if (std::ranges::all_of(line.text, is_blank)) continue;
     if (first && opens_ecsv(line.text)) return CatalogueFormat::ecsv;
     if (first) sextractor = opens_sextractor(line.text);
     first = false;

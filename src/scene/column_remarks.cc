@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <regex>
-#include <string>
 
 #include "gamer/core/near.h"
 #include "gamer/scene/scene.h"

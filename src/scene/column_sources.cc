@@ -1,6 +1,5 @@
 #include "scene/column_sources.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -9,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/near.h"
 #include "gamer/scene/scene.h"
 #include "scene/row_overrides.h"
@@ -83,7 +83,7 @@ class ColumnFinder {
         is_own_(catalogue.is_scene_list()) {
     for (const Catalogue::Column& column : catalogue.columns()) {
       if (!places_.emplace(column.name, names_.size()).second) {
-        throw InputError(column.where, fmt::format("column '{}' stands twice", column.name));
+        throw input_error(column.where, "column '{}' stands twice", column.name);
       }
       lower_places_.emplace(lower(column.name), names_.size());
       names_.push_back(column.name);
@@ -128,10 +128,9 @@ std::size_t ColumnFinder::mapped_place(const std::string& key, const std::string
   if (const auto place = lower_places_.find(lower(name)); place != lower_places_.end()) {
     return place->second;
   }
-  throw InputError(
-      parameters_.section("catalogue").where(key),
-      fmt::format("missing column {} in {}{}; its columns are {}", in_quotes(name),
-                  catalogue_.label(), did_you_mean(name, names_), fmt::join(names_, ", ")));
+  throw input_error(parameters_.section("catalogue").where(key),
+                    "missing column {} in {}{}; its columns are {}", in_quotes(name),
+                    catalogue_.label(), did_you_mean(name, names_), fmt::join(names_, ", "));
 }
 
 std::vector<std::size_t> ColumnFinder::free_places(std::span<const std::string> names) const {
@@ -152,9 +151,9 @@ std::optional<std::size_t> ColumnFinder::only_one(Column column,
   std::vector<std::string> found;
   for (const std::size_t place : places) found.push_back(in_quotes(names_[place]));
   const std::string& name = scene_columns()[column].name;
-  throw InputError(catalogue_.columns()[places[1]].where,
-                   fmt::format("columns {} may both be '{}'; [catalogue] {} = \"{}\" chooses one",
-                               fmt::join(found, " and "), name, name, names_[places.front()]));
+  throw input_error(catalogue_.columns()[places[1]].where,
+                    "columns {} may both be '{}'; [catalogue] {} = \"{}\" chooses one",
+                    fmt::join(found, " and "), name, name, names_[places.front()]);
 }
 
 std::optional<std::size_t> ColumnFinder::place_of(Column column) const {
@@ -201,15 +200,14 @@ ColumnSource ColumnFinder::find(Column column) {
   const Catalogue::Column& from = catalogue_.columns()[*place];
   used_.insert(*place);
   if (!applies(column, is_sky_)) {
-    throw InputError(from.where, fmt::format("column '{}' has no meaning in {} view", declared.name,
-                                             is_sky_ ? "a sky" : "this, which is no sky"));
+    throw input_error(from.where, "column '{}' has no meaning in {} view", declared.name,
+                      is_sky_ ? "a sky" : "this, which is no sky");
   }
   const std::optional<double> factor = factor_of(from.unit, declared.unit, parameters_.scene.unit);
   if (!factor) {
-    throw InputError(
-        from.where,
-        fmt::format("column '{}': unit {} cannot become {}", from.name, in_quotes(from.unit),
-                    declared.unit.empty() ? "a pure number" : declared.unit));
+    throw input_error(from.where, "column '{}': unit {} cannot become {}", from.name,
+                      in_quotes(from.unit),
+                      declared.unit.empty() ? "a pure number" : declared.unit);
   }
   return {ColumnSource::Kind::catalogue, "", *place, *factor};
 }
@@ -219,9 +217,8 @@ void ColumnFinder::check_unknown() const {
   for (const Parameter& column : scene_columns()) known.push_back(column.name);
   for (std::size_t i = 0; i < names_.size() && is_own_; ++i) {
     if (used_.contains(i)) continue;
-    throw InputError(
-        catalogue_.columns()[i].where,
-        fmt::format("unknown column {}{}", in_quotes(names_[i]), did_you_mean(names_[i], known)));
+    throw input_error(catalogue_.columns()[i].where, "unknown column {}{}", in_quotes(names_[i]),
+                      did_you_mean(names_[i], known));
   }
 }
 
@@ -238,7 +235,7 @@ void ColumnFinder::check_required(std::span<const ColumnSource> sources) const {
                 : fmt::format(
                       "{}; [catalogue] {} = \"name\", or \"=word\", says it; the columns are {}",
                       did_you_mean(name, names_), name, fmt::join(names_, ", "));
-    throw InputError(where, fmt::format("missing column '{}'{}", name, hint));
+    throw input_error(where, "missing column '{}'{}", name, hint);
   }
 }
 

@@ -1,10 +1,10 @@
-#include <fmt/format.h>
 #include <yaml-cpp/depthguard.h>
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <utility>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/near.h"
 #include "scene/catalogue_readers.h"
@@ -41,8 +41,7 @@ class Head {
     const std::size_t margin = line.text.starts_with("# ") ? 2 : 1;
     lines_.push_back(static_cast<int>(margin));
     if (yaml_.size() + line.text.size() > largest_head) {
-      throw InputError({label_, line.number, 1},
-                       fmt::format("the head is larger than {} bytes", largest_head));
+      throw input_error({label_, line.number, 1}, "the head is larger than {} bytes", largest_head);
     }
     yaml_ += line.text.substr(margin);
     yaml_ += '\n';
@@ -80,7 +79,7 @@ std::string text_of(const YAML::Node& map, const char* key, const Head& head) {
   const YAML::Node node = map[key];
   if (!node.IsDefined() || node.IsNull()) return {};
   if (!node.IsScalar()) {
-    throw InputError(head.where(node.Mark()), fmt::format("'{}' must be a text", key));
+    throw input_error(head.where(node.Mark()), "'{}' must be a text", key);
   }
   return node.Scalar();
 }
@@ -101,9 +100,8 @@ HeadContents read_head(const Head& head, const YAML::Node& root) {
   if (delimiter == ",") {
     contents.separator = Separator::quoted_commas;
   } else if (!delimiter.empty() && delimiter != " ") {
-    throw InputError(
-        head.where(root["delimiter"].Mark()),
-        fmt::format("the delimiter {} is neither a space nor a comma", in_quotes(delimiter)));
+    throw input_error(head.where(root["delimiter"].Mark()),
+                      "the delimiter {} is neither a space nor a comma", in_quotes(delimiter));
   }
   const YAML::Node columns = root["datatype"];
   if (!columns.IsDefined()) {
@@ -113,8 +111,7 @@ HeadContents read_head(const Head& head, const YAML::Node& root) {
     throw InputError(head.where(columns.Mark()), "'datatype' must be a list of columns");
   }
   if (columns.size() > most_columns) {
-    throw InputError(head.where(columns.Mark()),
-                     fmt::format("there are more than {} columns", most_columns));
+    throw input_error(head.where(columns.Mark()), "there are more than {} columns", most_columns);
   }
   for (const YAML::Node& column : columns) {
     if (!column.IsMap()) {
@@ -135,7 +132,7 @@ HeadContents read_head(const Head& head) {
   } catch (const YAML::DeepRecursion& error) {
     throw InputError(head.where(error.mark), "the head is nested too deeply");
   } catch (const YAML::Exception& error) {
-    throw InputError(head.where(error.mark), fmt::format("the head is not YAML: {}", error.msg));
+    throw input_error(head.where(error.mark), "the head is not YAML: {}", error.msg);
   }
 }
 
@@ -143,17 +140,16 @@ HeadContents read_head(const Head& head) {
 void complete(std::vector<Catalogue::Column>& columns, const std::vector<HeadColumn>& head) {
   for (std::size_t c = 0; c < std::min(columns.size(), head.size()); ++c) {
     if (columns[c].name != head[c].name) {
-      throw InputError(columns[c].where,
-                       fmt::format("this name is {}, but column {} of the head is {}",
-                                   in_quotes(columns[c].name), c + 1, in_quotes(head[c].name)));
+      throw input_error(columns[c].where, "this name is {}, but column {} of the head is {}",
+                        in_quotes(columns[c].name), c + 1, in_quotes(head[c].name));
     }
     columns[c].unit = head[c].unit;
     columns[c].kind = head[c].kind;
   }
   if (columns.size() != head.size()) {
-    throw InputError(columns.back().where,
-                     fmt::format("the row of names has {} value{} for the {} columns of the head",
-                                 columns.size(), columns.size() == 1 ? "" : "s", head.size()));
+    throw input_error(columns.back().where,
+                      "the row of names has {} value{} for the {} columns of the head",
+                      columns.size(), columns.size() == 1 ? "" : "s", head.size());
   }
 }
 
@@ -167,12 +163,11 @@ TextCatalogue read_ecsv(std::string_view text, const std::string& label) {
   const bool has_line = lines.next(line);
   const std::string_view version = has_line ? version_of(line.text) : std::string_view();
   if (version.empty()) {
-    throw InputError({label, 1, 1},
-                     fmt::format("an ECSV file begins with '# {} {}'", marker, known_version));
+    throw input_error({label, 1, 1}, "an ECSV file begins with '# {} {}'", marker, known_version);
   }
   if (!version.starts_with("1.") && !version.starts_with("0.")) {
-    throw InputError({label, 1, 1}, fmt::format("ECSV of version {} is not known; {} is",
-                                                in_quotes(version), known_version));
+    throw input_error({label, 1, 1}, "ECSV of version {} is not known; {} is", in_quotes(version),
+                      known_version);
   }
   Head head(label);
   bool more = lines.next(line);

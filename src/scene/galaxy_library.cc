@@ -139,8 +139,7 @@ LightProfile GalaxyLibrary::light_profile(const std::string& type, const std::st
     light.push_back(flux * known.galaxy->luminosity(c));
   }
   if (std::ranges::none_of(light, [](double value) { return value > 0; })) {
-    row.fail(column::galaxy,
-             fmt::format("galaxy '{}' has no light that could have a half-light radius", type));
+    row.fail(column::galaxy, "galaxy '{}' has no light that could have a half-light radius", type);
   }
   return LightProfile(known.components, light, known.galaxy->axis());
 }
@@ -164,8 +163,8 @@ void GalaxyLibrary::add(const std::string& type, const std::string& sed, std::ui
 void GalaxyLibrary::add_alone(const std::string& type, const std::string& sed, std::uint64_t seed,
                               std::shared_ptr<const Galaxy> galaxy) {
   const auto components = galaxy->components();
-  const bool is_smooth = std::all_of(components.begin(), components.end(),
-                                     [](const auto& c) { return !c->depends_on_seed(); });
+  const bool is_smooth =
+      std::ranges::all_of(components, [](const auto& c) { return !c->depends_on_seed(); });
   smooth_[{type, sed}] = is_smooth;
   galaxies_.try_emplace({type, sed, is_smooth ? 0 : seed}, std::move(galaxy));
 }

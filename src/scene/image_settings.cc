@@ -1,12 +1,11 @@
 #include "gamer/scene/image_settings.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <string>
 #include <vector>
 
+#include "core/message.h"
 #include "scene/section_values.h"
 
 namespace gamer {
@@ -47,15 +46,14 @@ std::optional<ImageRegion> read_region(const ParameterSet& values) {
   if (numbers.empty()) return std::nullopt;
   constexpr std::size_t count = 4;
   if (numbers.size() != count) {
-    throw InputError(
-        values.where("region"),
-        fmt::format("region has {} number{}, not 4: x, y of its lower left pixel, width, height",
-                    numbers.size(), numbers.size() == 1 ? "" : "s"));
+    throw input_error(values.where("region"),
+                      "region has {} number{}, not 4: x, y of its lower left pixel, width, height",
+                      numbers.size(), numbers.size() == 1 ? "" : "s");
   }
   for (const double number : numbers) {
     if (number == std::floor(number)) continue;
-    throw InputError(values.where("region"),
-                     fmt::format("region has {}, which is no whole number of pixels", number));
+    throw input_error(values.where("region"), "region has {}, which is no whole number of pixels",
+                      number);
   }
   return ImageRegion{static_cast<int>(numbers[0]) - 1, static_cast<int>(numbers[1]) - 1,
                      static_cast<int>(numbers[2]), static_cast<int>(numbers[3])};
@@ -95,8 +93,7 @@ ImageSettings ImageSettings::read(const ParameterSet& values) {
   output.path = values.text("output");
   output.bitpix = static_cast<int>(values.integer("bitpix"));
   if (output.bitpix != -32 && output.bitpix != -64) {
-    throw InputError(values.where("bitpix"),
-                     fmt::format("bitpix = {} is neither -32 nor -64", output.bitpix));
+    throw input_error(values.where("bitpix"), "bitpix = {} is neither -32 nor -64", output.bitpix);
   }
   const std::string& layout = values.text("layout");
   output.layout = layout == "cube"         ? ImageLayout::cube
@@ -108,8 +105,8 @@ ImageSettings ImageSettings::read(const ParameterSet& values) {
     const std::vector<double>& numbers = values.numbers("tone");
     output.tone.emplace();
     if (numbers.size() != output.tone->size()) {
-      throw InputError(values.where("tone"), fmt::format("tone has {} numbers, not {}",
-                                                         numbers.size(), output.tone->size()));
+      throw input_error(values.where("tone"), "tone has {} numbers, not {}", numbers.size(),
+                        output.tone->size());
     }
     std::ranges::copy(numbers, output.tone->begin());
   }

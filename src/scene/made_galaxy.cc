@@ -1,12 +1,11 @@
 #include "scene/made_galaxy.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
 #include <vector>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
@@ -52,24 +51,22 @@ std::vector<std::string_view> split_arguments(std::string_view text) {
 double number(std::string_view word, const char* what, const Interval& interval) {
   const std::optional<double> value = number_of<double>(word);
   if (!value) {
-    throw InputError(
-        fmt::format("{}...): {} must be a number, not {}", opening, what, in_quotes(word)));
+    throw input_error("{}...): {} must be a number, not {}", opening, what, in_quotes(word));
   }
   if (!interval.contains(*value)) {
-    throw InputError(
-        fmt::format("{}...): {} = {} is outside {}", opening, what, word, interval.text()));
+    throw input_error("{}...): {} = {} is outside {}", opening, what, word, interval.text());
   }
   return *value;
 }
 
 /// Name of an SED, fit for a TOML text.
 std::string sed_name(std::string_view word, const char* what) {
-  const bool fit = !word.empty() && std::none_of(word.begin(), word.end(), [](char c) {
+  const bool fit = !word.empty() && std::ranges::none_of(word, [](char c) {
     return c == '"' || c == '\\' || std::iscntrl(static_cast<unsigned char>(c)) != 0;
   });
   if (!fit) {
-    throw InputError(fmt::format("{}...): {} must be the name of a SED, not {}", opening, what,
-                                 in_quotes(word)));
+    throw input_error("{}...): {} must be the name of a SED, not {}", opening, what,
+                      in_quotes(word));
   }
   return std::string(word);
 }
@@ -114,7 +111,7 @@ std::vector<std::string_view> arguments_of(const std::string& name, std::string_
   const auto words =
       split_arguments(std::string_view(name).substr(start.size(), name.size() - start.size() - 1));
   if (words.size() != count || !name.ends_with(')')) {
-    throw InputError(fmt::format("{} must be {}", in_quotes(name), form));
+    throw input_error("{} must be {}", in_quotes(name), form);
   }
   return words;
 }
@@ -180,13 +177,13 @@ std::optional<std::string> made_galaxy(const std::string& name) {
   if (name.starts_with(two_opening)) return make_two(name);
   if (!name.starts_with(opening)) return std::nullopt;
   if (!name.ends_with(')')) {
-    throw InputError(fmt::format("the made galaxy {} must end with ')'", in_quotes(name)));
+    throw input_error("the made galaxy {} must end with ')'", in_quotes(name));
   }
   const auto words = split_arguments(
       std::string_view(name).substr(opening.size(), name.size() - opening.size() - 1));
   if (words.size() != argument_count) {
-    throw InputError(fmt::format("{}...) has {} arguments, not {}: {}{})", opening, argument_count,
-                                 words.size(), opening, arguments));
+    throw input_error("{}...) has {} arguments, not {}: {}{})", opening, argument_count,
+                      words.size(), opening, arguments);
   }
   const double share = number(words[0], "bt", Interval::closed(0, 1));
   const Interval length = Interval::left_open(0, 1);

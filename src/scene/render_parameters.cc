@@ -1,13 +1,12 @@
 #include "gamer/scene/render_parameters.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <iterator>
 #include <stdexcept>
 #include <tuple>
 
+#include "core/message.h"
 #include "gamer/core/near.h"
 #include "image/image_suffix.h"
 #include "scene/section_values.h"
@@ -53,23 +52,22 @@ std::pair<int, int> resolve_size(const ParameterSet& image, const ParameterSet& 
   if (projection == Projection::healpix) {
     const std::int64_t nside = camera.integer("nside");
     if ((nside & (nside - 1)) != 0) {
-      throw InputError(camera.where("nside"), fmt::format("nside = {} is not a power of 2", nside));
+      throw input_error(camera.where("nside"), "nside = {} is not a power of 2", nside);
     }
     const std::string& layout = image.text("layout");
     if (layout != "cube") {
-      throw InputError(image.where("layout"),
-                       fmt::format("layout = \"{}\": a HEALPix map is one table with a column per "
-                                   "plane; leave layout out",
-                                   layout));
+      throw input_error(
+          image.where("layout"),
+          "layout = \"{}\": a HEALPix map is one table with a column per plane; leave layout out",
+          layout);
     }
     return {static_cast<int>(nside), 12 * static_cast<int>(nside)};
   }
   if (projection == Projection::cubemap) {
     if (width != height) {
-      throw InputError(image.where("size"),
-                       fmt::format("size = {} x {}: the sides of a cube are squares; give one "
-                                   "number",
-                                   width, height));
+      throw input_error(image.where("size"),
+                        "size = {} x {}: the sides of a cube are squares; give one number", width,
+                        height);
     }
     return {width, 6 * height};
   }
@@ -95,10 +93,10 @@ void check_electrons(const RenderParameters& parameters) {
 /// Throws InputError for a region of a view of the sphere.
 void check_region(const RenderParameters& parameters) {
   if (!parameters.image.region || !is_sphere(parameters.camera.projection)) return;
-  throw InputError(parameters.section("image").where("region"),
-                   fmt::format("region belongs to camera.projection = \"perspective\" or "
-                               "\"orthographic\" or \"sky\", but projection is \"{}\"",
-                               parameters.section("camera").text("projection")));
+  throw input_error(parameters.section("image").where("region"),
+                    "region belongs to camera.projection = \"perspective\" or \"orthographic\" or "
+                    "\"sky\", but projection is \"{}\"",
+                    parameters.section("camera").text("projection"));
 }
 
 bool is_picture(const RenderParameters& parameters) {
@@ -111,8 +109,8 @@ void check_star_discs(const RenderParameters& parameters) {
   const StarSettings& stars = parameters.stars;
   if (!stars.discs.value_or(false) || stars.white_point) return;
   const auto fail = [&](const std::string& reason) {
-    throw InputError(parameters.section("stars").where("discs"),
-                     fmt::format("discs = true: {}; give stars.white_point", reason));
+    throw input_error(parameters.section("stars").where("discs"),
+                      "discs = true: {}; give stars.white_point", reason);
   };
   if (parameters.image.unit == PixelUnit::magnitude) {
     fail("a picture of magnitudes has no white");
@@ -160,7 +158,7 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
   names.emplace_back(galaxy_section);
   for (const auto& [name, node] : root.table()) {
     if (name == galaxy_section) continue;
-    const auto found = std::find(names.begin(), names.end(), name);
+    const auto found = std::ranges::find(names, name);
     if (found == names.end()) {
       const std::string what =
           node.is_table() ? fmt::format("unknown section [{}]", name)
@@ -168,8 +166,8 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
       throw InputError(node.key_where, what + did_you_mean(name, names));
     }
     if (!node.is_table()) {
-      throw InputError(node.where, fmt::format("{} must be a section [{}], not {}", name, name,
-                                               node.type_name()));
+      throw input_error(node.where, "{} must be a section [{}], not {}", name, name,
+                        node.type_name());
     }
     const auto index = static_cast<std::size_t>(found - names.begin());
     result.sections_[index] =
@@ -179,11 +177,10 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
     const ParameterSet& set = result.sections_[i];
     for (const KeyCondition& condition : declared[i].conditions) {
       if (!set.is_given(condition.key) || condition.holds(set)) continue;
-      throw InputError(
-          set.where(condition.key),
-          fmt::format("{0}.{1} belongs to {2} = \"{3}\", but {2} is \"{4}\"", declared[i].name,
-                      condition.key, condition.selector, fmt::join(condition.values, "\" or \""),
-                      set.text(condition.selector)));
+      throw input_error(set.where(condition.key),
+                        "{0}.{1} belongs to {2} = \"{3}\", but {2} is \"{4}\"", declared[i].name,
+                        condition.key, condition.selector, fmt::join(condition.values, "\" or \""),
+                        set.text(condition.selector));
     }
   }
   if (galaxies != nullptr) result.add_overrides(*galaxies);
@@ -192,8 +189,8 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
   if (camera.is_given("header")) {
     for (const std::string_view key : CameraSettings::header_keys()) {
       if (!camera.is_given(key)) continue;
-      throw InputError(camera.where(key),
-                       fmt::format("camera.header gives camera.{} too; give one of them", key));
+      throw input_error(camera.where(key), "camera.header gives camera.{} too; give one of them",
+                        key);
     }
   }
   result.resolve();
@@ -202,9 +199,8 @@ RenderParameters RenderParameters::read(const ConfigNode& root) {
 
 void RenderParameters::add_overrides(const ConfigNode& galaxies) {
   if (!galaxies.is_table()) {
-    throw InputError(galaxies.where,
-                     fmt::format("{0} must be a section [{0}.TYPE.COMPONENT], not {1}",
-                                 galaxy_section, galaxies.type_name()));
+    throw input_error(galaxies.where, "{0} must be a section [{0}.TYPE.COMPONENT], not {1}",
+                      galaxy_section, galaxies.type_name());
   }
   ParameterSet& scene_values = sections_[index_of("scene")];
   std::vector<std::string> overrides = scene_values.texts("overrides");
@@ -228,12 +224,12 @@ void RenderParameters::set_view_defaults() {
       !is_from_command_line(image_values.where("size"))) {
     return;
   }
-  throw InputError(image_values.where("size"),
-                   fmt::format("image.size belongs to other projections; camera.nside sets the "
-                               "size of a HEALPix map, {}: leave image.size out",
-                               camera_values.is_given("nside")
-                                   ? fmt::format("here {}", camera_values.integer("nside"))
-                                   : fmt::format("by default {}", camera_values.integer("nside"))));
+  throw input_error(image_values.where("size"),
+                    "image.size belongs to other projections; camera.nside sets the size of a "
+                    "HEALPix map, {}: leave image.size out",
+                    camera_values.is_given("nside")
+                        ? fmt::format("here {}", camera_values.integer("nside"))
+                        : fmt::format("by default {}", camera_values.integer("nside")));
 }
 
 void RenderParameters::set(std::string_view section_name, std::string_view key,

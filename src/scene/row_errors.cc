@@ -1,10 +1,10 @@
 #include "scene/row_errors.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <string_view>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -34,10 +34,9 @@ void RowErrors::refuse() const {
   if (number_ == 0) return;
   if (others_.empty()) throw InputError(first_);
   const std::size_t more = number_ - 1 - others_.size();
-  throw InputError(fmt::format("{}; wrong too {} row{} {}{}", first_,
-                               others_.size() == 1 ? "is" : "are", others_.size() == 1 ? "" : "s",
-                               fmt::join(others_, ", "),
-                               more > 0 ? fmt::format(" and {} more", more) : ""));
+  throw input_error("{}; wrong too {} row{} {}{}", first_, others_.size() == 1 ? "is" : "are",
+                    others_.size() == 1 ? "" : "s", fmt::join(others_, ", "),
+                    more > 0 ? fmt::format(" and {} more", more) : "");
 }
 
 }  // namespace gamer

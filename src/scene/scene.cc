@@ -1,16 +1,14 @@
 #include "gamer/scene/scene.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/cancellation.h"
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
@@ -57,8 +55,8 @@ glm::dmat3 read_axes(const SceneRow& row, const std::optional<double>& inclined,
     return orientation_on_sky(camera, centre, inclined.value_or(0), row.number(pa));
   }
   if (given && missing) {
-    row.fail(*given, fmt::format("{} needs ox, oy and oz; {} has no value",
-                                 scene_columns()[*given].name, scene_columns()[*missing].name));
+    row.fail(*given, "{} needs ox, oy and oz; {} has no value", scene_columns()[*given].name,
+             scene_columns()[*missing].name);
   }
   const glm::dvec3 direction{row.number(ox), row.number(oy), row.number(oz)};
   if (direction == glm::dvec3(0)) row.fail(ox, "ox oy oz = 0 0 0 is no direction");
@@ -73,12 +71,12 @@ void place(PlacedGalaxy& placed, const glm::dmat3& axes, const SceneRow& row) {
     // glm stores columns: row i of to_ball is galaxy axis i over its semi-axis.
     for (int k = 0; k < 3; ++k) placed.to_ball[k][i] = axes[i][k] / semi_axis;
     if (!std::isfinite(1 / semi_axis) || !std::isfinite(semi_axis)) {
-      row.fail(column::size, fmt::format("size = {} is too {}", placed.radius,
-                                         semi_axis < 1 ? "small" : "large"));
+      row.fail(column::size, "size = {} is too {}", placed.radius,
+               semi_axis < 1 ? "small" : "large");
     }
   }
   placed.pole = axes[2];
-  placed.bounding_radius = placed.radius * *std::max_element(stretch.begin(), stretch.end());
+  placed.bounding_radius = placed.radius * *std::ranges::max_element(stretch);
 }
 
 /// Distorts a placed galaxy's image.
@@ -107,9 +105,8 @@ glm::dvec3 SceneReader::read_direction(const ImageField& field) const {
     }
     if (!first) continue;
     if (way != nullptr) {
-      row_.fail(pair.first, fmt::format("both {} {} and {} {}; give one position",
-                                        names[way->first].name, names[way->second].name,
-                                        names[pair.first].name, names[pair.second].name));
+      row_.fail(pair.first, "both {} {} and {} {}; give one position", names[way->first].name,
+                names[way->second].name, names[pair.first].name, names[pair.second].name);
     }
     way = &pair;
   }
@@ -127,7 +124,7 @@ glm::dvec3 SceneReader::read_direction(const ImageField& field) const {
                           std::tan(b * arcsecond) * north);
   }
   const std::optional<Ray> ray = camera_.ray(a - 1, b - 1);
-  if (!ray) row_.fail(px, fmt::format("pixel {}, {} shows no sky", a, b));
+  if (!ray) row_.fail(px, "pixel {}, {} shows no sky", a, b);
   return ray->direction;
 }
 
@@ -135,8 +132,8 @@ SceneReader::Position SceneReader::read_position(const ImageField* field) const 
   Position position;
   position.redshift = row_.number(column::redshift);
   if (position.redshift > 0 && position.redshift < smallest_redshift) {
-    row_.fail(column::redshift, fmt::format("redshift = {} is neither 0 nor at least {}",
-                                            position.redshift, smallest_redshift));
+    row_.fail(column::redshift, "redshift = {} is neither 0 nor at least {}", position.redshift,
+              smallest_redshift);
   }
   if (row_.is_given(column::distance)) {
     position.luminosity_distance = row_.number(column::distance);
@@ -184,8 +181,7 @@ double SceneReader::read_angular_radius(const Position& position) {
     if (!row_.is_given(size)) continue;
     const auto& names = scene_columns();
     if (given) {
-      row_.fail(size,
-                fmt::format("both {} and {}; give one", names[*given].name, names[size].name));
+      row_.fail(size, "both {} and {}; give one", names[*given].name, names[size].name);
     }
     given = size;
   }
@@ -195,8 +191,8 @@ double SceneReader::read_angular_radius(const Position& position) {
   }
   const bool is_length = given == size_kpc || given == half_light_radius_kpc;
   if (is_length && !position.luminosity_distance) {
-    row_.fail(*given, fmt::format("{} without a distance; give redshift or distance",
-                                  scene_columns()[*given].name));
+    row_.fail(*given, "{} without a distance; give redshift or distance",
+              scene_columns()[*given].name);
   }
   const double angle = is_length ? row_.number(*given) * kiloparsec * (1 + position.redshift) /
                                        position.comoving_distance
@@ -219,17 +215,16 @@ std::string SceneReader::read_plain_type() const {
   const bool has_index = row_.is_given(sersic_index), is_two = name == two_parts;
   if (name == "sersic" && !has_index) row_.fail(galaxy, "galaxy 'sersic' needs sersic_index");
   if (name != "sersic" && !is_two && has_index) {
-    row_.fail(sersic_index, fmt::format("sersic_index belongs to galaxies 'sersic' and '{}', not "
-                                        "{}",
-                                        two_parts, in_quotes(name)));
+    row_.fail(sersic_index, "sersic_index belongs to galaxies 'sersic' and '{}', not {}", two_parts,
+              in_quotes(name));
   }
   for (const Column column : {bulge_fraction, bulge_radius_ratio}) {
     if (is_two || !row_.is_given(column)) continue;
-    row_.fail(column, fmt::format("{} belongs to galaxy '{}', not {}", scene_columns()[column].name,
-                                  two_parts, in_quotes(name)));
+    row_.fail(column, "{} belongs to galaxy '{}', not {}", scene_columns()[column].name, two_parts,
+              in_quotes(name));
   }
   if (is_two && !row_.is_given(bulge_fraction)) {
-    row_.fail(galaxy, fmt::format("galaxy '{}' needs bulge_fraction", two_parts));
+    row_.fail(galaxy, "galaxy '{}' needs bulge_fraction", two_parts);
   }
   const auto index =
       sersic_index_of(name, has_index ? std::optional(row_.number(sersic_index)) : std::nullopt);
@@ -237,8 +232,7 @@ std::string SceneReader::read_plain_type() const {
   constexpr double thinnest = 0.05;
   const double flattening = row_.is_given(axis_ratio) ? row_.number(axis_ratio) : 1;
   if (flattening < thinnest) {
-    row_.fail(axis_ratio, fmt::format("axis_ratio = {} of galaxy '{}' is below {}", flattening,
-                                      name, thinnest));
+    row_.fail(axis_ratio, "axis_ratio = {} of galaxy '{}' is below {}", flattening, name, thinnest);
   }
   if (!is_two) return sersic_galaxy(*index, flattening);
   constexpr double bulge_index = 4, ratio = 0.12;
@@ -261,8 +255,8 @@ std::optional<double> SceneReader::read_inclination() {
   }
   const double ratio = row_.number(axis_ratio), edge_on = profile().edge_on_ratio();
   if (ratio < edge_on) {
-    row_.fail(axis_ratio, fmt::format("axis_ratio = {} is below {:.3g}, that of galaxy {} edge on",
-                                      ratio, edge_on, in_quotes(row_.text(galaxy))));
+    row_.fail(axis_ratio, "axis_ratio = {} is below {:.3g}, that of galaxy {} edge on", ratio,
+              edge_on, in_quotes(row_.text(galaxy)));
   }
   const double cosine2 = (ratio * ratio - edge_on * edge_on) / (1 - edge_on * edge_on);
   return glm::degrees(std::acos(std::sqrt(std::min(cosine2, 1.0))));
@@ -276,7 +270,7 @@ Lensing SceneReader::read_lensing() const {
     lensing.g2 = parameters_.camera.shear[1];
   }
   if (!(lensing.shear() < 1)) {
-    row_.fail(g1, fmt::format("g1 g2: the reduced shear {:.4g} is not below 1", lensing.shear()));
+    row_.fail(g1, "g1 g2: the reduced shear {:.4g} is not below 1", lensing.shear());
   }
   return lensing;
 }
@@ -355,11 +349,10 @@ bool SceneReader::read_star(const Position& position) {
   for (const SpectralPlane& plane : spectrum_.planes) {
     const Sed::Range seen = plane.range(), known = sed->range();
     if (seen.low < known.low || seen.high > known.high) {
-      throw InputError(
+      throw input_error(
           row_.where(column::sed),
-          fmt::format("plane '{}', {:.6g} to {:.6g} A, is outside the range {:.6g} to {:.6g} A of "
-                      "SED '{}'",
-                      plane.label, seen.low, seen.high, known.low, known.high, sed->name()));
+          "plane '{}', {:.6g} to {:.6g} A, is outside the range {:.6g} to {:.6g} A of SED '{}'",
+          plane.label, seen.low, seen.high, known.low, known.high, sed->name());
     }
     star.flux.push_back(scale * plane.flux(*sed, 0, Igm::none));
   }
@@ -382,14 +375,14 @@ void SceneReader::add_field_stars(const ImageField& field) {
   const FieldStarParameters& field_stars = parameters_.stars.field;
   if (!(field_stars.number > 0)) return;
   if (scene_.unit == PixelUnit::relative) {
-    throw InputError(field_stars.number_where,
-                     fmt::format("field stars need magnitudes: {} has no column 'magnitude' or "
-                                 "'apparent_magnitude', so that the image is relative",
-                                 catalogue_.label()));
+    throw input_error(field_stars.number_where,
+                      "field stars need magnitudes: {} has no column 'magnitude' or "
+                      "'apparent_magnitude', so that the image is relative",
+                      catalogue_.label());
   }
   const auto refuse = [&] {
-    throw InputError(field_stars.number_where,
-                     fmt::format("more than {} stars would be in the image", most_stars));
+    throw input_error(field_stars.number_where, "more than {} stars would be in the image",
+                      most_stars);
   };
   // The stars' number is checked before they are made. Other pixels are about as large as the
   // middle one.
@@ -500,8 +493,8 @@ SpectralProbes SceneReader::recorded_probes_of(const Resources::Text& text) {
     const std::size_t component = recorded.component.value_or(0);
     if (!placed || component >= placed->galaxy->components().size() ||
         (recorded.component && !placed->galaxy->components()[component]->absorbs())) {
-      throw InputError({text.label, 0, 0},
-                       fmt::format("row {} of the scene is no such galaxy", recorded.row + 1));
+      throw input_error({text.label, 0, 0}, "row {} of the scene is no such galaxy",
+                        recorded.row + 1);
     }
     if (recorded.component) {
       probes.dust.push_back({placed->galaxy, placed->redshift, component, recorded.row});

@@ -1,8 +1,7 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "core/message.h"
 #include "gamer/sed/igm.h"
 #include "scene/scene_reader.h"
 
@@ -28,18 +27,17 @@ void SceneReader::choose_unit() {
   // Pixels of relative images are a grid of rays.
   if (scene_.unit == PixelUnit::relative) library_.keep_closures_apart();
   if (has_magnitudes && scene_.unit == PixelUnit::relative) {
-    throw InputError(parameters_.image.unit_where,
-                     fmt::format("unit = \"relative\", but the objects of {} have magnitudes",
-                                 catalogue_.label()));
+    throw input_error(parameters_.image.unit_where,
+                      "unit = \"relative\", but the objects of {} have magnitudes",
+                      catalogue_.label());
   }
   if (!has_magnitudes && scene_.unit != PixelUnit::relative) {
-    throw InputError(
+    throw input_error(
         parameters_.image.unit_where,
-        fmt::format("unit = {} needs magnitudes; {} has no column 'magnitude' or "
-                    "'apparent_magnitude'{}",
-                    value_text(parameters_.section("image").value("unit")), catalogue_.label(),
-                    columns_hint(catalogue_, row_.sources(),
-                                 std::vector{column::magnitude, column::apparent_magnitude})));
+        "unit = {} needs magnitudes; {} has no column 'magnitude' or 'apparent_magnitude'{}",
+        value_text(parameters_.section("image").value("unit")), catalogue_.label(),
+        columns_hint(catalogue_, row_.sources(),
+                     std::vector{column::magnitude, column::apparent_magnitude}));
   }
   if (has_magnitudes) reference_ = load_reference_band(parameters_, resources_);
 }
@@ -55,22 +53,23 @@ double SceneReader::flux_scale(const Position& position, double rest, double obs
   }
   const auto checked = [&](double flux, Column given) {
     if (flux <= largest_flux) return flux;
-    row_.fail(given, fmt::format("{} = {} makes it of apparent magnitude {:.1f}, too bright for "
-                                 "the numbers of an image: above {:.1f} is right",
-                                 scene_columns()[given].name, row_.number(given),
-                                 ab_magnitude(flux), ab_magnitude(largest_flux)));
+    row_.fail(given,
+              "{} = {} makes it of apparent magnitude {:.1f}, too bright for the numbers of an "
+              "image: above {:.1f} is right",
+              scene_columns()[given].name, row_.number(given), ab_magnitude(flux),
+              ab_magnitude(largest_flux));
   };
   if (!is_absolute) {
     return checked(nanojansky(row_.number(apparent_magnitude)), apparent_magnitude) / observed;
   }
   if (!position.luminosity_distance) {
-    row_.fail(magnitude,
-              is_sky_ ? "magnitude without a distance; give redshift or distance, or "
-                        "apparent_magnitude"
+    row_.fail(magnitude, "{}",
+              is_sky_
+                  ? "magnitude without a distance; give redshift or distance, or apparent_magnitude"
               : has_place(camera_.projection())
                   ? "magnitude without a distance: scene.unit is arbitrary"
-                  : "magnitude without a distance: an orthographic view has none; give redshift "
-                    "or distance, or apparent_magnitude");
+                  : "magnitude without a distance: an orthographic view has none; give redshift or "
+                    "distance, or apparent_magnitude");
   }
   const double ratio = ten_parsec / *position.luminosity_distance;
   return checked(nanojansky(row_.number(magnitude)) * ratio * ratio, magnitude) / rest;
@@ -80,10 +79,11 @@ void SceneReader::check_band(const Sed& sed, const Bandpass& band, double redshi
                              const std::string& what, const SourceLocation& where) const {
   if (covers(sed, band, redshift)) return;
   const Sed::Range seen = band.range(), known = sed.range();
-  throw InputError(where, fmt::format("{} ({:.6g} to {:.6g} A) is outside the range of SED '{}' at "
-                                      "redshift {}, {:.6g} to {:.6g} A",
-                                      what, seen.low, seen.high, sed.name(), redshift,
-                                      known.low * (1 + redshift), known.high * (1 + redshift)));
+  throw input_error(
+      where,
+      "{} ({:.6g} to {:.6g} A) is outside the range of SED '{}' at redshift {}, {:.6g} to {:.6g} A",
+      what, seen.low, seen.high, sed.name(), redshift, known.low * (1 + redshift),
+      known.high * (1 + redshift));
 }
 
 void SceneReader::check_planes(const PlacedGalaxy& placed) {
@@ -119,13 +119,12 @@ void SceneReader::check_planes(const PlacedGalaxy& placed) {
           may_be_nanometres
               ? fmt::format("; {0} nm are {1} Angstrom", plane.wavelength, 10 * plane.wavelength)
               : "";
-      throw InputError(
+      throw input_error(
           plane.band != nullptr ? parameters_.spectrum.bands_where
                                 : parameters_.spectrum.wavelengths_where,
-          fmt::format("{} is outside the range {:.6g} to {:.6g} A of {}{} (galaxy '{}', component "
-                      "'{}'){}",
-                      what, range.low * stretch, range.high * stretch, whose, at, placed.type.str(),
-                      component->name(), advice));
+          "{} is outside the range {:.6g} to {:.6g} A of {}{} (galaxy '{}', component '{}'){}",
+          what, range.low * stretch, range.high * stretch, whose, at, placed.type.str(),
+          component->name(), advice);
     }
   }
   least = std::min(least, placed.redshift);
@@ -136,8 +135,8 @@ double SceneReader::angle_of_unit(const Position& position) const {
   const std::optional<double> unit = parameters_.megaparsec();
   if (!unit || !position.luminosity_distance) {
     row_.fail(column::galaxy,
-              fmt::format("image.unit is one of surface brightness: an orthographic view needs {}",
-                          unit ? "the redshift or distance" : "scene.unit"));
+              "image.unit is one of surface brightness: an orthographic view needs {}",
+              unit ? "the redshift or distance" : "scene.unit");
   }
   const double stretch = 1 + position.redshift;
   return *unit * stretch * stretch / *position.luminosity_distance;
@@ -158,9 +157,8 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
   double rest = 0, observed = 0;
   const auto components = placed.galaxy->components();
   const bool is_absolute = row_.is_given(column::magnitude);
-  const bool has_light = std::any_of(components.begin(), components.end(), [](const auto& c) {
-    return std::as_const(*c).sed() != nullptr;
-  });
+  const bool has_light = std::ranges::any_of(
+      components, [](const auto& c) { return std::as_const(*c).sed() != nullptr; });
   // A galaxy of dust alone needs no magnitude.
   if (!has_light && !is_absolute && !row_.is_given(column::apparent_magnitude)) return 1;
   for (std::size_t c = 0; c < components.size(); ++c) {
@@ -177,9 +175,8 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
     }
   }
   if (!(rest + observed > 0)) {
-    row_.fail(column::galaxy, fmt::format("galaxy '{}' has no light in {} that a magnitude could "
-                                          "give",
-                                          placed.type.str(), reference_->name()));
+    row_.fail(column::galaxy, "galaxy '{}' has no light in {} that a magnitude could give",
+              placed.type.str(), reference_->name());
   }
   const double scale = flux_scale(position, rest, observed);
   note_unlikely(ab_magnitude(scale * (rest + observed)),
@@ -191,11 +188,10 @@ double SceneReader::brightness(const PlacedGalaxy& placed, const Position& posit
     angle *= angle_of_unit(position);
   }
   if (!(scale * (rest + observed) <= largest_brightness * angle * angle)) {
-    row_.fail(
-        column::galaxy,
-        fmt::format("galaxy '{}' is too bright for its size, {:g} {}: pixels would overflow",
-                    placed.type.str(), angle,
-                    camera_.projection() == Projection::orthographic ? "scene units" : "rad"));
+    row_.fail(column::galaxy,
+              "galaxy '{}' is too bright for its size, {:g} {}: pixels would overflow",
+              placed.type.str(), angle,
+              camera_.projection() == Projection::orthographic ? "scene units" : "rad");
   }
   return scale / (angle * angle);
 }

@@ -87,8 +87,8 @@ std::string SceneRow::overrides_word() const {
   for (const char letter : result) {
     if (letter == '"') is_quoted = !is_quoted;
     if (letter == '#' || (is_quoted && is_blank(letter))) {
-      fail(column::overrides,
-           fmt::format("{}: texts of overrides have no blanks and no '#'", in_quotes(result)));
+      fail(column::overrides, "{}: texts of overrides have no blanks and no '#'",
+           in_quotes(result));
     }
     if (!is_blank(letter)) word += letter;
   }
@@ -131,13 +131,11 @@ std::optional<double> SceneRow::sexagesimal(Column column) const {
       (is_from_catalogue(column) && catalogue_.columns()[sources_[column].place].unit == "deg");
   const std::optional<double> angle = parse_angle(text, is_degrees ? 1 : degrees_per_hour);
   if (!angle) {
-    fail(column,
-         fmt::format("{} must be a number of degrees, or {}, not {}", scene_columns()[column].name,
-                     column == column::ra ? "hours as 10:00:24.5" : "degrees as -2:12:00.5",
-                     in_quotes(own)));
+    fail(column, "{} must be a number of degrees, or {}, not {}", scene_columns()[column].name,
+         column == column::ra ? "hours as 10:00:24.5" : "degrees as -2:12:00.5", in_quotes(own));
   }
   if (!is_degrees && !(std::abs(*angle) < hours_of_day * degrees_per_hour)) {
-    fail(column, fmt::format("ra = {} has not hours below 24; degrees are given as a number", own));
+    fail(column, "ra = {} has not hours below 24; degrees are given as a number", own);
   }
   return angle;
 }
@@ -211,13 +209,9 @@ SourceLocation SceneRow::name_where(Column column) const {
       .where;
 }
 
-void SceneRow::fail(Column column, const std::string& message) const {
-  throw InputError(where(column), message);
-}
-
 void SceneRow::fail_without(Column column, std::initializer_list<Column> wanted,
                             const std::string& message) const {
-  fail(column, message + columns_hint(catalogue_, sources_, std::vector<Column>(wanted)));
+  fail(column, "{}", message + columns_hint(catalogue_, sources_, std::vector<Column>(wanted)));
 }
 
 bool SceneRow::stands_in_lines(Column column) const {
@@ -261,7 +255,7 @@ void SceneRow::check_required(Column column) const {
   const Parameter& declared = scene_columns()[column];
   if (std::holds_alternative<std::monostate>(declared.default_value) && column != column::id &&
       column != column::sed && column != column::overrides) {
-    fail(column, fmt::format("{} has no default", declared.name));
+    fail(column, "{} has no default", declared.name);
   }
 }
 
@@ -274,22 +268,20 @@ Number SceneRow::parse(Column column, std::string_view text, const char* expecte
       std::from_chars(text.data() + (has_plus ? 1 : 0), text.data() + text.size(), value);
   const std::string& name = scene_columns()[column].name;
   if (error == std::errc::result_out_of_range) {
-    fail(column, fmt::format("{} = {} is too large or too small", name, text));
+    fail(column, "{} = {} is too large or too small", name, text);
   }
   if (error != std::errc() || end != text.data() + text.size()) {
-    fail(column, fmt::format("{} must be {}, not {}", name, expected, in_quotes(text)));
+    fail(column, "{} must be {}, not {}", name, expected, in_quotes(text));
   }
   return value;
 }
 
 void SceneRow::check_interval(Column column, double value, const std::string& text) const {
   const Parameter& declared = scene_columns()[column];
-  if (!std::isfinite(value))
-    fail(column, fmt::format("{} = {} is not finite", declared.name, text));
+  if (!std::isfinite(value)) fail(column, "{} = {} is not finite", declared.name, text);
   if (!declared.interval.contains(value)) {
     const std::string unit = declared.unit.empty() ? "" : fmt::format(" ({})", declared.unit);
-    fail(column, fmt::format("{} = {} is outside {}{}", declared.name, text,
-                             declared.interval.text(), unit));
+    fail(column, "{} = {} is outside {}{}", declared.name, text, declared.interval.text(), unit);
   }
 }
 

@@ -6,8 +6,10 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene_columns.h"
@@ -66,7 +68,12 @@ class SceneRow {
   SourceLocation where(Column column) const;
   /// Place of the column's name.
   SourceLocation name_where(Column column) const;
-  [[noreturn]] void fail(Column column, const std::string& message) const;
+  /// Throws InputError at the row's value, with a message formatted as by fmt::format().
+  template <class... Values>
+  [[noreturn]] void fail(Column column, fmt::format_string<Values...> message,
+                         Values&&... values) const {
+    throw input_error(where(column), message, std::forward<Values>(values)...);
+  }
   /// Fails, with the columns that there are where the catalogue has none of `wanted`.
   [[noreturn]] void fail_without(Column column, std::initializer_list<Column> wanted,
                                  const std::string& message) const;

@@ -1,10 +1,10 @@
 #include "gamer/scene/scene_settings.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/scene/scene_columns.h"
 #include "scene/section_values.h"
 #include "scene/usual_names.h"
@@ -133,7 +133,7 @@ ParameterSection AnimationSettings::section() {
                           "camera.up in each key frame; by default camera.up is constant"),
        Parameter::numbers("fov", "deg", Interval::left_open(0, 360), std::nullopt,
                           "camera.fov in each key frame"),
-       Parameter::numbers("width", "scene units", positive(), std::nullopt,
+       Parameter::numbers("width", "scene units", Interval::positive(), std::nullopt,
                           "camera.width in each key frame"),
        Parameter::integer("tone_frame", "", Interval::closed(1, most_frames), std::nullopt,
                           "frame on which image.tone of all pictures is measured; by default 1")},
@@ -146,15 +146,14 @@ AnimationSettings AnimationSettings::read(const ParameterSet& values) {
   if (values.has("tone_frame")) {
     result.tone_frame = static_cast<int>(values.integer("tone_frame"));
     if (result.tone_frame > result.frames) {
-      throw InputError(values.where("tone_frame"),
-                       fmt::format("tone_frame = {} is beyond the last frame, {}",
-                                   result.tone_frame, result.frames));
+      throw input_error(values.where("tone_frame"), "tone_frame = {} is beyond the last frame, {}",
+                        result.tone_frame, result.frames);
     }
   }
   for (const Parameter& parameter : values.table()) {
     if (result.frames == 0 && values.is_given(parameter.name) && values.has(parameter.name)) {
-      throw InputError(values.where(parameter.name),
-                       fmt::format("animation.{} needs animation.frames", parameter.name));
+      throw input_error(values.where(parameter.name), "animation.{} needs animation.frames",
+                        parameter.name);
     }
   }
   return result;

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cmath>
 #include <initializer_list>
 #include <optional>
 #include <string_view>
@@ -8,8 +7,6 @@
 #include "gamer/core/parameter.h"
 
 namespace gamer {
-
-inline Interval positive() { return Interval::open(0, HUGE_VAL); }
 
 /// The value of an optional integer key.
 inline std::optional<int> optional_integer(const ParameterSet& section, std::string_view key) {

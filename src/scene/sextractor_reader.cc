@@ -1,10 +1,9 @@
-#include <fmt/format.h>
-
 #include <charconv>
 #include <optional>
 #include <system_error>
 #include <utility>
 
+#include "core/message.h"
 #include "scene/catalogue_readers.h"
 
 namespace gamer {
@@ -90,8 +89,7 @@ TextCatalogue read_sextractor(std::string_view text, const std::string& label) {
     entry->number_where = location(label, line, entry->number_begin);
     entry->name_where = location(label, line, entry->name_begin);
     if (entry->number == 0) {
-      throw InputError(entry->number_where,
-                       fmt::format("columns are numbered from 1 to {}", most_columns));
+      throw input_error(entry->number_where, "columns are numbered from 1 to {}", most_columns);
     }
     const std::size_t last = head.empty() ? 0 : head.back().number;
     if (head.empty() ? entry->number != 1 : entry->number <= last) {
@@ -108,13 +106,12 @@ TextCatalogue read_sextractor(std::string_view text, const std::string& label) {
   }
   const std::size_t last = head.back().number;
   if (count > most_columns) {
-    throw InputError(location(label, line, words.back().begin),
-                     fmt::format("there are more than {} columns", most_columns));
+    throw input_error(location(label, line, words.back().begin), "there are more than {} columns",
+                      most_columns);
   }
   if (count != 0 && count < last) {
-    throw InputError(
-        location(label, line, words.back().begin),
-        fmt::format("the row has {} value{} for {} columns", count, count == 1 ? "" : "s", last));
+    throw input_error(location(label, line, words.back().begin),
+                      "the row has {} value{} for {} columns", count, count == 1 ? "" : "s", last);
   }
   // Only the rows tell the length of a vector in the head's last line.
   RowCollector rows(text, label, TextRows::Separator::blanks,

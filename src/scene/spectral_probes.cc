@@ -1,10 +1,9 @@
 #include "gamer/scene/spectral_probes.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <sstream>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -81,8 +80,7 @@ std::vector<RecordedProbe> read_probes(std::string_view text, const std::string&
     const bool is_light = what == light_word;
     if (!is_light) std::istringstream(what) >> component;
     if (row == 0 || (!is_light && component == 0)) {
-      throw InputError({label, number, 1},
-                       fmt::format("'{}' is no row and component of a galaxy", line));
+      throw input_error({label, number, 1}, "'{}' is no row and component of a galaxy", line);
     }
     probes.push_back({row - 1, is_light ? std::nullopt : std::optional(component - 1)});
   }

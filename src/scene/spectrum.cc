@@ -1,9 +1,8 @@
 #include "gamer/scene/spectrum.h"
 
-#include <fmt/format.h>
-
 #include <stdexcept>
 
+#include "core/message.h"
 #include "gamer/core/units.h"
 
 namespace gamer {
@@ -73,8 +72,8 @@ Spectrum load_spectrum(const RenderParameters& parameters, Resources& resources)
     const std::string label = short_name(name);
     for (const SpectralPlane& other : spectrum.planes) {
       if (other.label == label) {
-        throw InputError(parameters.spectrum.bands_where,
-                         fmt::format("two planes would be called '{}'", label));
+        throw input_error(parameters.spectrum.bands_where, "two planes would be called '{}'",
+                          label);
       }
     }
     const double pivot = band->pivot();

@@ -1,9 +1,8 @@
 #include "gamer/scene/spectrum_settings.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
+#include "core/message.h"
 #include "gamer/core/near.h"
 #include "scene/section_values.h"
 
@@ -20,15 +19,15 @@ void check_planes(const ParameterSet& spectrum) {
     throw InputError(where,
                      "wavelengths is empty; give one wavelength (Angstrom) or more, or bands");
   }
-  std::sort(bands.begin(), bands.end());
+  std::ranges::sort(bands);
   const auto twice = std::adjacent_find(bands.begin(), bands.end());
   if (twice != bands.end()) {
-    throw InputError(spectrum.where("bands"), fmt::format("bands has {} twice", in_quotes(*twice)));
+    throw input_error(spectrum.where("bands"), "bands has {} twice", in_quotes(*twice));
   }
-  std::sort(sorted.begin(), sorted.end());
+  std::ranges::sort(sorted);
   const auto repeated = std::adjacent_find(sorted.begin(), sorted.end());
   if (repeated != sorted.end()) {
-    throw InputError(where, fmt::format("wavelengths has {} A twice", *repeated));
+    throw input_error(where, "wavelengths has {} A twice", *repeated);
   }
 }
 
@@ -38,8 +37,8 @@ ParameterSection SpectrumSettings::section() {
   return {
       "spectrum",
       "The wavelengths and bands of the image's planes.",
-      {Parameter::numbers("wavelengths", "Angstrom", positive(), std::vector<double>{5500},
-                          "observed wavelengths, one plane each"),
+      {Parameter::numbers("wavelengths", "Angstrom", Interval::positive(),
+                          std::vector<double>{5500}, "observed wavelengths, one plane each"),
        Parameter::texts("bands", std::vector<std::string>{},
                         "names or files of bandpasses in `bandpasses/`, one plane each, after the "
                         "wavelengths; if only bands are given, there are no other planes"),
@@ -74,7 +73,7 @@ ParameterSection PhotometrySettings::section() {
        Parameter::boolean("attenuated", std::nullopt,
                           "whether magnitudes include dimming by the galaxy's own dust; by default "
                           "apparent magnitudes do and absolute magnitudes do not"),
-       Parameter::number("area", "m^2", positive(), std::nullopt,
+       Parameter::number("area", "m^2", Interval::positive(), std::nullopt,
                          "collecting area of the telescope, for electron/s"),
        Parameter::number(
            "throughput", "", Interval::left_open(0, 1), 1.0,

@@ -1,7 +1,6 @@
 #include "gamer/scene/stamp_settings.h"
 
-#include <fmt/format.h>
-
+#include "core/message.h"
 #include "scene/section_values.h"
 
 namespace gamer {
@@ -13,11 +12,10 @@ constexpr double largest_side = 1e5;
 int side(const ParameterSet& values, std::string_view key) {
   const std::int64_t pixels = values.integer(key);
   if (pixels % 2 == 1) return static_cast<int>(pixels);
-  throw InputError(
+  throw input_error(
       values.where(key),
-      fmt::format("{} = {}: a stamp has an odd number of pixels on a side, so that one "
-                  "is its middle",
-                  key, pixels));
+      "{} = {}: a stamp has an odd number of pixels on a side, so that one is its middle", key,
+      pixels);
 }
 
 }  // namespace
@@ -29,7 +27,7 @@ ParameterSection StampSettings::section() {
       "Sizes of the stamps of `image.layout = \"stamps\"` (`--stamps`).",
       {Parameter::integer("size", "pixels", Interval::closed(1, largest_side), std::nullopt,
                           "width and height of every stamp, odd; by default the extent decides"),
-       Parameter::number("extent", "", positive(), usual.extent,
+       Parameter::number("extent", "", Interval::positive(), usual.extent,
                          "half the side of a galaxy's stamp, in units of its radius"),
        Parameter::choice("radius", {"ball", "half_light"}, "ball",
                          "which radius: that of the ball that holds the galaxy, or the half-light "
@@ -49,9 +47,8 @@ StampSettings StampSettings::read(const ParameterSet& values) {
   result.smallest = side(values, "smallest");
   result.largest = side(values, "largest");
   if (result.smallest > result.largest) {
-    throw InputError(
-        place_of(values, {"smallest", "largest"}),
-        fmt::format("smallest = {} is above largest = {}", result.smallest, result.largest));
+    throw input_error(place_of(values, {"smallest", "largest"}),
+                      "smallest = {} is above largest = {}", result.smallest, result.largest);
   }
   return result;
 }

@@ -1,7 +1,6 @@
 #include "gamer/scene/star_settings.h"
 
-#include <fmt/format.h>
-
+#include "core/message.h"
 #include "gamer/core/random.h"
 #include "scene/section_values.h"
 
@@ -16,9 +15,8 @@ Interval star_temperatures() { return Interval::closed(1000, 1e5); }
 void check_field_stars(const ParameterSet& stars) {
   const auto check_order = [&](const char* low, const char* high) {
     if (stars.number(low) < stars.number(high)) return;
-    throw InputError(place_of(stars, {high, low}),
-                     fmt::format("stars.{} = {} is not above stars.{} = {}", high,
-                                 stars.number(high), low, stars.number(low)));
+    throw input_error(place_of(stars, {high, low}), "stars.{} = {} is not above stars.{} = {}",
+                      high, stars.number(high), low, stars.number(low));
   };
   check_order("bright", "faint");
   check_order("temperature_low", "temperature_high");
@@ -51,7 +49,7 @@ ParameterSection StarSettings::section() {
                           "draw stars whose pixel would be brighter than the white point as discs "
                           "of that brightness; by default true for pictures (.png, .bmp) and with "
                           "white_point"),
-       Parameter::number("white_point", "", positive(), std::nullopt,
+       Parameter::number("white_point", "", Interval::positive(), std::nullopt,
                          "brightness of the discs in the image's unit; by default the white of the "
                          "picture that the image makes"),
        Parameter::number(
@@ -89,11 +87,10 @@ StarSettings StarSettings::read(const ParameterSet& values) {
   result.halo = values.number("halo");
   result.spikes = values.number("spikes");
   if (!(result.halo + result.spikes < 1)) {
-    throw InputError(
-        place_of(values, {"spikes", "halo"}),
-        fmt::format("stars.halo = {} and stars.spikes = {} leave no light for the disc; "
-                    "their sum must be below 1",
-                    result.halo, result.spikes));
+    throw input_error(place_of(values, {"spikes", "halo"}),
+                      "stars.halo = {} and stars.spikes = {} leave no light for the disc; their "
+                      "sum must be below 1",
+                      result.halo, result.spikes);
   }
   result.table = values.boolean("table");
   return result;

@@ -1,12 +1,12 @@
 #include "scene/suspicious_values.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -191,9 +191,8 @@ void SuspiciousValues::refuse() const {
   if (number > texts.size()) {
     texts.push_back(fmt::format("and {} more values", number - texts.size()));
   }
-  throw InputError(where,
-                   fmt::format("{}; with catalogue.skip_flagged = true such rows are left out",
-                               fmt::join(texts, "; ")));
+  throw input_error(where, "{}; with catalogue.skip_flagged = true such rows are left out",
+                    fmt::join(texts, "; "));
 }
 
 }  // namespace gamer

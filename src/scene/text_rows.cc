@@ -1,6 +1,5 @@
 #include "scene/text_rows.h"
-
-#include <fmt/format.h>
+#include "core/message.h"
 
 #include <algorithm>
 #include <utility>
@@ -155,7 +154,7 @@ std::size_t split_line(const TextLine& line, Separator separator, const std::str
 
 std::size_t expected_rows(std::string_view text, std::size_t begin, std::size_t words) {
   const std::string_view rest = text.substr(begin);
-  const auto lines = static_cast<std::size_t>(std::count(rest.begin(), rest.end(), '\n')) + 1;
+  const auto lines = static_cast<std::size_t>(std::ranges::count(rest, '\n')) + 1;
   // A word and its separator take two bytes or more; an empty word and its comma take one.
   return std::min(lines, rest.size() / words + 1);
 }
@@ -175,9 +174,9 @@ void RowCollector::add(const TextLine& line) {
   const std::size_t count = split_line(line, places.separator, label_, columns + 1, words_);
   if (count == 0) return;
   if (count != columns) {
-    throw InputError(location(label_, line, words_.back().begin),
-                     fmt::format("the row has {} value{} for {} columns", count,
-                                 count == 1 ? "" : "s", columns));
+    throw input_error(location(label_, line, words_.back().begin),
+                      "the row has {} value{} for {} columns", count, count == 1 ? "" : "s",
+                      columns);
   }
   if (places.lines.empty()) {
     const std::size_t rows = expected_rows(places.text, line.begin, columns);
@@ -196,8 +195,8 @@ std::vector<Catalogue::Column> named_columns(const TextLine& line, Separator sep
                                              const std::string& label) {
   std::vector<LineWord> words;
   if (split_line(line, separator, label, most_columns + 1, words) > most_columns) {
-    throw InputError(location(label, line, words.back().begin),
-                     fmt::format("there are more than {} columns", most_columns));
+    throw input_error(location(label, line, words.back().begin), "there are more than {} columns",
+                      most_columns);
   }
   std::vector<Catalogue::Column> columns;
   for (const LineWord& word : words) {

@@ -52,7 +52,7 @@ constexpr std::array units = {
 
 const Unit* find(std::string_view name) {
   const auto* const found =
-      std::find_if(units.begin(), units.end(), [&](const Unit& unit) { return unit.name == name; });
+      std::ranges::find_if(units, [&](const Unit& unit) { return unit.name == name; });
   return found == units.end() ? nullptr : found;
 }
 

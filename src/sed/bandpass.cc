@@ -1,13 +1,12 @@
 #include "gamer/sed/bandpass.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/parameter.h"
 #include "sed/two_columns.h"
@@ -86,7 +85,7 @@ double Bandpass::response(double wavelength) const {
 
 Sed::Range Bandpass::range() const {
   const auto is_positive = [](double value) { return value > 0; };
-  const auto first = std::find_if(response_.begin(), response_.end(), is_positive);
+  const auto first = std::ranges::find_if(response_, is_positive);
   const auto last = std::find_if(response_.rbegin(), response_.rend(), is_positive).base() - 1;
   const auto before = first == response_.begin() ? first : first - 1;
   const auto after = last + 1 == response_.end() ? last : last + 1;
@@ -100,17 +99,17 @@ std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std:
       text, label, {"response", {photons, energy}, {{"throughput", throughputs, 1}}});
   for (std::size_t i = 0; i < table.wavelengths.size(); ++i) {
     if (!band_wavelengths.contains(table.wavelengths[i])) {
-      throw InputError({label, table.where[i].line, 1},
-                       fmt::format("wavelength {} Angstrom is outside {}, where bandpasses lie",
-                                   table.wavelengths[i], band_wavelengths.text()));
+      throw input_error({label, table.where[i].line, 1},
+                        "wavelength {} Angstrom is outside {}, where bandpasses lie",
+                        table.wavelengths[i], band_wavelengths.text());
     }
   }
   if (table.kind == energy) {
-    const double largest = *std::max_element(table.values.begin(), table.values.end());
+    const double largest = *std::ranges::max_element(table.values);
     for (std::size_t i = 0; i < table.values.size(); ++i) {
       table.values[i] /= table.wavelengths[i];
     }
-    const double scale = largest / *std::max_element(table.values.begin(), table.values.end());
+    const double scale = largest / *std::ranges::max_element(table.values);
     for (double& value : table.values) value *= scale;
   }
   auto band = std::make_shared<const Bandpass>(name, std::move(table.wavelengths),

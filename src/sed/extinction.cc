@@ -1,11 +1,10 @@
 #include "gamer/sed/extinction.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
@@ -96,7 +95,7 @@ class TableExtinction : public ExtinctionCurve {
 
 Ccm89::Ccm89(double r_v) : r_v_(r_v) {
   if (!r_v_interval.contains(r_v)) {
-    throw InputError(fmt::format("R_V = {} is outside {}", r_v, r_v_interval.text()));
+    throw input_error("R_V = {} is outside {}", r_v, r_v_interval.text());
   }
 }
 
@@ -115,10 +114,10 @@ std::shared_ptr<const ExtinctionCurve> parse_extinction(std::string_view text,
   if (table.covers(v_wavelength)) {
     const double at_v = table.interpolate(v_wavelength);
     if (!(std::abs(at_v - 1) <= v_tolerance)) {
-      throw InputError({label, table.where.front().line, 1},
-                       fmt::format("the extinction relative to V is {:.4g} at {} Angstrom, where "
-                                   "it should be 1",
-                                   at_v, v_wavelength));
+      throw input_error(
+          {label, table.where.front().line, 1},
+          "the extinction relative to V is {:.4g} at {} Angstrom, where it should be 1", at_v,
+          v_wavelength);
     }
   }
   return std::make_shared<TableExtinction>(std::move(table));
@@ -136,7 +135,7 @@ std::shared_ptr<const ExtinctionCurve> find_extinction(const std::string& name, 
   } catch (const InputError&) {
     const std::string near = did_you_mean(name, analytic);
     if (near.empty()) throw;
-    throw InputError(fmt::format("unknown extinction {}{}", in_quotes(name), near));
+    throw input_error("unknown extinction {}{}", in_quotes(name), near);
   }
   return parse_extinction(text->content, text->label);
 }

@@ -1,7 +1,6 @@
 #include "gamer/sed/igm.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 
@@ -62,7 +61,7 @@ std::array<double, 10> madau95_kinks(double redshift) {
     *place++ = line.wavelength;
     *place++ = line.wavelength * (1 + redshift);
   }
-  std::sort(result.begin(), result.end());
+  std::ranges::sort(result);
   return result;
 }
 

@@ -1,14 +1,12 @@
 #include "gamer/sed/sed.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <utility>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
@@ -138,19 +136,18 @@ std::shared_ptr<const Sed> make_analytic(const Analytic& kind, const std::string
   const std::string_view rest = std::string_view(name).substr(kind.identifier.size());
   if (kind.argument.empty()) {
     if (rest.empty()) return kind.make(name, 0);
-    throw InputError(
-        fmt::format("SED {}: '{}' takes no argument", in_quotes(name), kind.identifier));
+    throw input_error("SED {}: '{}' takes no argument", in_quotes(name), kind.identifier);
   }
   const bool is_call = rest.size() >= 2 && rest.front() == '(' && rest.back() == ')';
   const std::optional<double> argument =
       is_call ? parse_quantity(rest.substr(1, rest.size() - 2), kind.unit) : std::nullopt;
   if (!argument) {
-    throw InputError(fmt::format("SED {} is not of the form '{}({})', for example '{}'",
-                                 in_quotes(name), kind.identifier, kind.argument, kind.example));
+    throw input_error("SED {} is not of the form '{}({})', for example '{}'", in_quotes(name),
+                      kind.identifier, kind.argument, kind.example);
   }
   if (!kind.interval->contains(*argument)) {
-    throw InputError(fmt::format("SED {}: {} is outside {}{}{}", in_quotes(name), *argument,
-                                 kind.interval->text(), kind.unit.empty() ? "" : " ", kind.unit));
+    throw input_error("SED {}: {} is outside {}{}{}", in_quotes(name), *argument,
+                      kind.interval->text(), kind.unit.empty() ? "" : " ", kind.unit);
   }
   return kind.make(name, *argument);
 }
@@ -162,7 +159,7 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
   TwoColumnFormat format{"flux", {}};
   for (const FluxKind& kind : flux_kinds) format.kinds.emplace_back(kind.name);
   TwoColumns table = parse_two_columns(text, label, format);
-  const int power = std::find_if(flux_kinds.begin(), flux_kinds.end(), [&](const FluxKind& kind) {
+  const int power = std::ranges::find_if(flux_kinds, [&](const FluxKind& kind) {
                       return kind.name == table.kind;
                     })->power;
 
@@ -170,11 +167,10 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
     const SourceLocation& nearest = table.wavelengths.front() > sed_reference_wavelength
                                         ? table.where.front()
                                         : table.where.back();
-    throw InputError(
+    throw input_error(
         {label, nearest.line, 1},
-        fmt::format("wavelengths {} to {} Angstrom do not cover {} Angstrom, where "
-                    "SEDs are normalised",
-                    table.wavelengths.front(), table.wavelengths.back(), sed_reference_wavelength));
+        "wavelengths {} to {} Angstrom do not cover {} Angstrom, where SEDs are normalised",
+        table.wavelengths.front(), table.wavelengths.back(), sed_reference_wavelength);
   }
   const double reference = table.interpolate(sed_reference_wavelength);
   const SourceLocation& where = table.where[static_cast<std::size_t>(
@@ -182,23 +178,22 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
                        sed_reference_wavelength) -
       table.wavelengths.begin())];
   if (!(reference > 0)) {
-    throw InputError(where, fmt::format("no flux at {} Angstrom, where SEDs are normalised",
-                                        sed_reference_wavelength));
+    throw input_error(where, "no flux at {} Angstrom, where SEDs are normalised",
+                      sed_reference_wavelength);
   }
   // Denormal numbers have too few digits.
   if (reference < std::numeric_limits<double>::min()) {
-    throw InputError(where,
-                     fmt::format("the flux at {} Angstrom, {}, is too small to normalise by it",
-                                 sed_reference_wavelength, reference));
+    throw input_error(where, "the flux at {} Angstrom, {}, is too small to normalise by it",
+                      sed_reference_wavelength, reference);
   }
   for (double& value : table.values) value /= reference;
   // The power is not positive, so this bounds the flux of the whole range.
-  const double bound = *std::max_element(table.values.begin(), table.values.end()) *
+  const double bound = *std::ranges::max_element(table.values) *
                        std::pow(table.wavelengths.front() / sed_reference_wavelength, power);
   if (!std::isfinite(bound)) {
-    throw InputError(where, fmt::format("the flux at {} Angstrom is too small beside the largest "
-                                        "to normalise by it",
-                                        sed_reference_wavelength));
+    throw input_error(where,
+                      "the flux at {} Angstrom is too small beside the largest to normalise by it",
+                      sed_reference_wavelength);
   }
   return std::make_shared<TableSed>(name, std::move(table), power);
 }
@@ -218,8 +213,7 @@ std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& 
   } catch (const InputError&) {
     if (did_you_mean(identifier, known).empty()) throw;
     for (const std::string& file : resources.names("seds", suffixes)) known.push_back(file);
-    throw InputError(
-        fmt::format("unknown SED {}{}", in_quotes(name), did_you_mean(identifier, known)));
+    throw input_error("unknown SED {}{}", in_quotes(name), did_you_mean(identifier, known));
   }
   return parse_sed(text->content, text->label, name);
 }

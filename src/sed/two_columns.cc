@@ -1,7 +1,5 @@
 #include "sed/two_columns.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -10,6 +8,7 @@
 #include <cmath>
 #include <system_error>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/near.h"
 
@@ -85,8 +84,8 @@ const HeadEntry* find_entry(const std::vector<HeadEntry>& head, const std::strin
   for (const HeadEntry& candidate : head) {
     if (candidate.key != key) continue;
     if (entry != nullptr) {
-      throw InputError(candidate.where, fmt::format("'{}' is given twice, first in line {}", key,
-                                                    entry->where.line));
+      throw input_error(candidate.where, "'{}' is given twice, first in line {}", key,
+                        entry->where.line);
     }
     entry = &candidate;
   }
@@ -98,8 +97,8 @@ double read_number(const std::vector<HeadEntry>& head, const HeadNumber& number)
   if (entry == nullptr) return number.default_value;
   const double value = parse_number(entry->value, entry->where);
   if (!number.interval.contains(value)) {
-    throw InputError(entry->where, fmt::format("{} {} is outside {}", number.key, entry->value,
-                                               number.interval.text()));
+    throw input_error(entry->where, "{} {} is outside {}", number.key, entry->value,
+                      number.interval.text());
   }
   return value;
 }
@@ -114,9 +113,8 @@ std::size_t choose(const std::vector<HeadEntry>& head, const std::string& label,
       others += (i == 1 ? " (or " : ", ") + choices[i];
     }
     if (!others.empty()) others += ")";
-    throw InputError({label, 1, 1},
-                     fmt::format("the head does not say the {0}; add the line '# {0}: {1}'{2}", key,
-                                 choices.front(), others));
+    throw input_error({label, 1, 1}, "the head does not say the {0}; add the line '# {0}: {1}'{2}",
+                      key, choices.front(), others);
   }
   for (std::size_t i = 0; i < choices.size(); ++i) {
     if (lower(choices[i]) == lower(entry->value)) return i;
@@ -124,8 +122,8 @@ std::size_t choose(const std::vector<HeadEntry>& head, const std::string& label,
   std::string known = choices.front();
   for (std::size_t i = 1; i < choices.size(); ++i) known += ", " + choices[i];
   const std::string near = did_you_mean(entry->value, choices);
-  throw InputError(entry->where, fmt::format("unknown {} {}, known: {}{}", key,
-                                             in_quotes(entry->value), known, near));
+  throw input_error(entry->where, "unknown {} {}, known: {}{}", key, in_quotes(entry->value), known,
+                    near);
 }
 
 /// A row of numbers, as the text has them.
@@ -155,9 +153,9 @@ int split_text(std::string_view text, const std::string& label, std::vector<Head
     }
     if (words.size() != 2) {
       const Word& first_wrong = words[words.size() == 1 ? 0 : 2];
-      throw InputError({label, line_number, first_wrong.column},
-                       fmt::format("{} column{} where 2 are expected", words.size(),
-                                   words.size() == 1 ? "" : "s"));
+      throw input_error({label, line_number, first_wrong.column},
+                        "{} column{} where 2 are expected", words.size(),
+                        words.size() == 1 ? "" : "s");
     }
     rows.push_back({words[0], words[1], line_number});
   }
@@ -172,16 +170,15 @@ void add_row(const Row& row, const std::string& label, const Unit& unit, const s
   const double wavelength = unit.angstrom * parse_number(row.wavelength.text, wavelength_where);
   const double value = parse_number(row.value.text, value_where);
   if (!(wavelength > 0) || !std::isfinite(wavelength)) {
-    throw InputError(wavelength_where, fmt::format("wavelength {} {} is outside ]0, inf[",
-                                                   row.wavelength.text, unit.name));
+    throw input_error(wavelength_where, "wavelength {} {} is outside ]0, inf[", row.wavelength.text,
+                      unit.name);
   }
   if (!result.wavelengths.empty() && !(wavelength > result.wavelengths.back())) {
-    throw InputError(wavelength_where, fmt::format("wavelengths are not ascending: {} after {}",
-                                                   wavelength / unit.angstrom,
-                                                   result.wavelengths.back() / unit.angstrom));
+    throw input_error(wavelength_where, "wavelengths are not ascending: {} after {}",
+                      wavelength / unit.angstrom, result.wavelengths.back() / unit.angstrom);
   }
   if (value < 0) {
-    throw InputError(value_where, fmt::format("negative {}: {}", key, row.value.text));
+    throw input_error(value_where, "negative {}: {}", key, row.value.text);
   }
   result.wavelengths.push_back(wavelength);
   result.values.push_back(value);
@@ -228,12 +225,11 @@ TwoColumns parse_two_columns(std::string_view text, const std::string& label,
   }
   for (const Row& row : rows) add_row(row, label, unit, format.key, result);
   if (rows.size() < 2) {
-    throw InputError({label, std::max(line_number, 1), 1},
-                     fmt::format("{} row{} where at least 2 are needed", rows.size(),
-                                 rows.size() == 1 ? "" : "s"));
+    throw input_error({label, std::max(line_number, 1), 1}, "{} row{} where at least 2 are needed",
+                      rows.size(), rows.size() == 1 ? "" : "s");
   }
-  if (std::all_of(result.values.begin(), result.values.end(), [](double v) { return v == 0; })) {
-    throw InputError(result.where.front(), fmt::format("the {} is zero in all rows", format.key));
+  if (std::ranges::all_of(result.values, [](double v) { return v == 0; })) {
+    throw input_error(result.where.front(), "the {} is zero in all rows", format.key);
   }
   result.make_starts();
   return result;

@@ -109,8 +109,8 @@ ChildEnd run_child(const std::vector<std::string>& words, const std::function<vo
 
 std::string program_beside(const std::string& name) {
   std::error_code error;
-  const auto own = std::filesystem::read_symlink("/proc/self/exe", error);
-  const auto program = own.parent_path() / name;
+  const auto this_program = std::filesystem::read_symlink("/proc/self/exe", error);
+  const auto program = this_program.parent_path() / name;
   return !error && std::filesystem::exists(program, error) ? program.string() : name;
 }
 

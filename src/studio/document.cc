@@ -110,14 +110,14 @@ Json document_json(const OpenedDocument& document, const Session& session) {
     }
   }
   add_values(parameters.section("camera"), "", camera);
-  Json own = Json::array();
-  for (const auto& [name, file] : document.files) own.push_back(name);
+  Json files = Json::array();
+  for (const auto& [name, file] : document.files) files.push_back(name);
   return {{"op", "document"},
           {"version", version()},
           {"parameters", document.texts.parameters},
           {"scene", document.texts.scene},
           {"galaxies", document.texts.galaxies},
-          {"own", own},
+          {"own", files},
           {"scene_file", scene_file(document)},
           {"chosen", document.texts.chosen},
           {"camera", camera},

@@ -142,7 +142,7 @@ class Baker {
     for (std::size_t c = 0; c < components.size(); ++c) {
       const Component& component = *components[c];
       if (muted.contains(component.name())) continue;
-      Contribution own{c, component.absorbs(), {}};
+      Contribution contribution{c, component.absorbs(), {}};
       if (component.absorbs()) {
         // Planes have one curve of extinction, the mean of those of all dust.
         const double dust = component.amplitude() * component.envelope_integral();
@@ -153,16 +153,16 @@ class Baker {
         }
         has_variants_ = has_variants_ || component.hides_texture(footprint_);
       } else {
-        add_light(c, fields.find(0, c), basis, own, flux);
+        add_light(c, fields.find(0, c), basis, contribution, flux);
       }
-      contributions_.push_back(own);
+      contributions_.push_back(contribution);
     }
     if (all_dust > 0) set_extinction(all_dust, curve, flux);
   }
 
   /// Adds the light of a component to its factors, and to the sums `flux` [plane][node].
   void add_light(std::size_t c, const StarFields::Field* field, const SpectralBasis& basis,
-                 Contribution& own, std::vector<double>& flux) const {
+                 Contribution& contribution, std::vector<double>& flux) const {
     std::vector<const Sed*> seds;
     if (field == nullptr) {
       seds.push_back(placed_.galaxy->components()[c]->sed());
@@ -177,7 +177,7 @@ class Baker {
             value_of_nanojansky(job_.spectrum.planes[p], job_.scene->unit, job_.parameters);
         for (std::size_t j = 0; j < basis.size(); ++j) {
           const double light = weights[p * basis.size() + j];
-          own.factors[p] += unit * light;
+          contribution.factors[p] += unit * light;
           flux[p * basis.size() + j] += light * placed_.galaxy->luminosity(c);
         }
       }
@@ -260,8 +260,8 @@ class Baker {
   void pack() {
     std::array<double, all_numbers> most{};
     for (std::size_t i = 0; i < values_.size(); ++i) {
-      double& own = most[i % all_numbers];
-      own = std::max(own, double{values_[i]});
+      double& largest = most[i % all_numbers];
+      largest = std::max(largest, double{values_[i]});
     }
     // All variants of the dust have one scale.
     const double dust = *std::max_element(most.begin() + most_planes, most.end());

@@ -77,16 +77,17 @@ std::string packed_slices(const Draft& draft, int first, int count) {
   const std::size_t slice = row * static_cast<std::size_t>(draft.axes[1].nodes);
   const std::size_t begin = slice * static_cast<std::size_t>(first);
   const std::size_t voxels = slice * static_cast<std::size_t>(count);
-  const std::uint16_t* own = draft.voxels.data() + begin * Draft::numbers;
+  const std::uint16_t* values = draft.voxels.data() + begin * Draft::numbers;
   constexpr std::size_t dust = Draft::numbers - 1;
   Differences differences(row, voxels * (Draft::numbers + Draft::other_variants));
   for (std::size_t number = 0; number < Draft::numbers; ++number) {
     const bool is_alone = number == 0 || number == dust;
-    differences.add(own + number, is_alone ? nullptr : own, voxels, Draft::numbers, Draft::numbers);
+    differences.add(values + number, is_alone ? nullptr : values, voxels, Draft::numbers,
+                    Draft::numbers);
   }
   for (std::size_t i = 0; i < Draft::other_variants && !draft.variants.empty(); ++i) {
-    differences.add(draft.variants.data() + begin * Draft::other_variants + i, own + dust, voxels,
-                    Draft::other_variants, Draft::numbers);
+    differences.add(draft.variants.data() + begin * Draft::other_variants + i, values + dust,
+                    voxels, Draft::other_variants, Draft::numbers);
   }
   return compressed(differences.take());
 }

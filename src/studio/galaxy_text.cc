@@ -91,11 +91,11 @@ class TextTable {
         continue;
       }
       for (const TomlPair& pair : part.section->pairs) {
-        const Key own = joined(part.key, pair.key);
-        if (begins(own, key)) {
+        const Key whole_key = joined(part.key, pair.key);
+        if (begins(whole_key, key)) {
           gone.emplace_back(pair.line_begin, pair.line_end);
-        } else if (begins(key, own) && (*text_)[pair.value_begin] == '{') {
-          add_member_range(pair.value_begin, without(key, own.size()), gone);
+        } else if (begins(key, whole_key) && (*text_)[pair.value_begin] == '{') {
+          add_member_range(pair.value_begin, without(key, whole_key.size()), gone);
         }
       }
     }
@@ -105,14 +105,14 @@ class TextTable {
 
  private:
   /// Sets a key at a pair or in its inline table.
-  bool set_in(const TomlPair& pair, const Key& own, const Key& key, const std::string& value) {
-    if (begins(own, key)) {
-      if (own.size() > key.size()) return false;
+  bool set_in(const TomlPair& pair, const Key& pair_key, const Key& key, const std::string& value) {
+    if (begins(pair_key, key)) {
+      if (pair_key.size() > key.size()) return false;
       replace(pair, value);
       return true;
     }
-    if (!begins(key, own)) return false;
-    const Key rest = without(key, own.size());
+    if (!begins(key, pair_key)) return false;
+    const Key rest = without(key, pair_key.size());
     if ((*text_)[pair.value_begin] != '{') {
       replace(pair, nested(rest, value));
       return true;

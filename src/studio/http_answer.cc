@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "studio/access.h"
 #include "studio/output_folder.h"
 #include "studio/page_files.h"
 

@@ -38,8 +38,8 @@ std::vector<std::string> look_settings(const OpenedDocument& opened, const PageD
       !sets(settings, "spectrum.wavelengths")) {
     return settings;
   }
-  const RenderParameters own = parameters_of(document, opened.label, {});
-  settings.push_back("spectrum.bands=" + value_text(own.section("spectrum").value("bands")));
+  const RenderParameters parameters = parameters_of(document, opened.label, {});
+  settings.push_back("spectrum.bands=" + value_text(parameters.section("spectrum").value("bands")));
   return settings;
 }
 

@@ -78,8 +78,8 @@ std::vector<std::string> component_names(const ConfigNode& galaxy) {
   const ConfigNode* list = galaxy.find("component");
   if (list == nullptr || !list->is_array()) return names;
   for (const ConfigNode& node : list->array()) {
-    const std::string own = text_or(node, "class", "") + std::to_string(names.size() + 1);
-    names.push_back(text_or(node, "name", own));
+    const std::string default_name = text_or(node, "class", "") + std::to_string(names.size() + 1);
+    names.push_back(text_or(node, "name", default_name));
   }
   return names;
 }

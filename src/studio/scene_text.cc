@@ -91,10 +91,10 @@ class EditedScene {
   void operator()(const CloneRowEdit& edit) {
     check_row(edit.row);
     const auto line = static_cast<std::size_t>(edit.row) + 1;
-    const Line& own = lines_[line];
-    std::string copy = text_.substr(own.begin, own.end - own.begin);
+    const Line& text_line = lines_[line];
+    std::string copy = text_.substr(text_line.begin, text_line.end - text_line.begin);
     if (!copy.ends_with('\n')) copy.insert(0, line_end_);
-    text_.insert(own.end, copy);
+    text_.insert(text_line.end, copy);
     table_.insert(table_.begin() + edit.row + 2, Words(table_[line]));
     read();
   }
@@ -102,8 +102,8 @@ class EditedScene {
   void operator()(const DeleteRowEdit& edit) {
     check_row(edit.row);
     if (table_.size() < 3) throw error("a scene needs at least one row");
-    const Line& own = lines_[static_cast<std::size_t>(edit.row) + 1];
-    text_.erase(own.begin, own.end - own.begin);
+    const Line& text_line = lines_[static_cast<std::size_t>(edit.row) + 1];
+    text_.erase(text_line.begin, text_line.end - text_line.begin);
     table_.erase(table_.begin() + edit.row + 1);
     read();
   }
@@ -181,12 +181,12 @@ class EditedScene {
     read();
   }
 
-  /// Replaces a word. Blanks before the next word give way, so that columns stay in line.
+  /// Replaces a word. Blanks before the next word give way, so that columns stay in text_line.
   void put(std::size_t line, std::size_t column, const std::string& word) {
-    const Line& own = lines_[line];
-    const auto [begin, end] = own.words[column];
-    const bool is_last = column + 1 == own.words.size();
-    const std::size_t next = is_last ? end : own.words[column + 1].begin;
+    const Line& text_line = lines_[line];
+    const auto [begin, end] = text_line.words[column];
+    const bool is_last = column + 1 == text_line.words.size();
+    const std::size_t next = is_last ? end : text_line.words[column + 1].begin;
     const bool has_tab = text_.substr(end, next - end).find('\t') != std::string::npos;
     std::string cell = word;
     if (has_tab) {
@@ -201,12 +201,12 @@ class EditedScene {
   /// Places of words after one of `size` bytes has been put and what follows has moved by `shift`,
   /// which wraps where it is negative.
   void move_words(std::size_t line, std::size_t column, std::size_t size, std::size_t shift) {
-    Line& own = lines_[line];
-    own.words[column].end = own.words[column].begin + size;
-    own.end += shift;
-    for (std::size_t i = column + 1; i < own.words.size(); ++i) {
-      own.words[i].begin += shift;
-      own.words[i].end += shift;
+    Line& text_line = lines_[line];
+    text_line.words[column].end = text_line.words[column].begin + size;
+    text_line.end += shift;
+    for (std::size_t i = column + 1; i < text_line.words.size(); ++i) {
+      text_line.words[i].begin += shift;
+      text_line.words[i].end += shift;
     }
     for (std::size_t i = line + 1; i < lines_.size(); ++i) {
       lines_[i].begin += shift;

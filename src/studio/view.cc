@@ -181,16 +181,17 @@ class LevelView {
   std::string render(const ViewLevel& level, Json head, bool wants_strips,
                      const Cancellation& cancellation, const Send& send) const {
     const Clock clock;
-    RenderParameters own = level_parameters(parameters_, level);
+    RenderParameters parameters = level_parameters(parameters_, level);
     // Nobody measures on a coarse view.
-    const bool is_coarse = own.sampling.tolerance > parameters_.sampling.tolerance;
+    const bool is_coarse = parameters.sampling.tolerance > parameters_.sampling.tolerance;
     RenderInput input{
-        own.toml(), RenderInput::Text{document_.scene}, document_.galaxies, {}, label_, is_coarse};
+        parameters.toml(), RenderInput::Text{document_.scene}, document_.galaxies, {}, label_,
+        is_coarse};
     RenderJob job = session_.load(input);
     const bool has_parts = (wants_components_ || chosen_.mutes_light()) && can_have_parts(job);
     if (has_parts && job.parameters.truth.parts != TruthSettings::Parts::components) {
-      own.set("truth", "parts", std::string("components"));
-      input.parameters = own.toml();
+      parameters.set("truth", "parts", std::string("components"));
+      input.parameters = parameters.toml();
       job = session_.load(input);
     }
     const std::vector<FramePlane> planes = planes_of(job, has_parts);
@@ -321,10 +322,11 @@ RenderParameters level_parameters(RenderParameters parameters, const ViewLevel& 
     const double height = is_cube ? level.width : level.height;
     parameters.set("image", "size", std::vector<double>{double(level.width), height});
   }
-  const double own = parameters.sampling.tolerance;
-  if (level.tolerance && *level.tolerance != own && parameters.applies("sampling", "tolerance")) {
+  const double tolerance = parameters.sampling.tolerance;
+  if (level.tolerance && *level.tolerance != tolerance &&
+      parameters.applies("sampling", "tolerance")) {
     parameters.set("sampling", "tolerance", *level.tolerance);
-    if (*level.tolerance > own) parameters.set("camera", "supersample", std::int64_t{1});
+    if (*level.tolerance > tolerance) parameters.set("camera", "supersample", std::int64_t{1});
   }
   return parameters;
 }

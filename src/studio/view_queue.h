@@ -39,8 +39,8 @@ class ViewQueue {
 
  private:
   struct View {
-    View(const std::shared_ptr<Page>& asker, std::int64_t number, bool draft, Work own)
-        : page(asker), key(asker.get()), id(number), is_draft(draft), work(std::move(own)) {}
+    View(const std::shared_ptr<Page>& asker, std::int64_t number, bool draft, Work view_work)
+        : page(asker), key(asker.get()), id(number), is_draft(draft), work(std::move(view_work)) {}
 
     std::weak_ptr<Page> page;
     const Page* key;

@@ -1,7 +1,7 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -15,8 +15,8 @@ namespace gamer {
 
 /// Allowed interval of a number; open ends exclude their bound.
 struct Interval {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
+  double low = -HUGE_VAL;
+  double high = HUGE_VAL;
   bool low_open = false;
   bool high_open = false;
 
@@ -25,9 +25,9 @@ struct Interval {
   static Interval left_open(double low, double high) { return {low, high, true, false}; }
   static Interval right_open(double low, double high) { return {low, high, false, true}; }
   /// Any finite number.
-  static Interval any() {
-    return open(-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity());
-  }
+  static Interval any() { return open(-HUGE_VAL, HUGE_VAL); }
+  static Interval positive() { return open(0, HUGE_VAL); }
+  static Interval at_least(double low) { return right_open(low, HUGE_VAL); }
 
   bool contains(double x) const;  ///< false for NaN, and for an infinite open end
   std::string text() const;       ///< "[0, 1[" in the notation of the docs

@@ -12,7 +12,7 @@ using UtcTime = std::array<char, 20>;
 /// A time of the years 0 to 9999. Signal handlers may call it.
 UtcTime utc_time(std::time_t time) noexcept;
 
-/// As a string.
+/// utc_time() as a string.
 std::string utc_time_text(std::time_t time);
 
 }  // namespace gamer

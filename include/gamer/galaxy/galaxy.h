@@ -1,8 +1,5 @@
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -35,7 +32,7 @@ class Galaxy {
   /// Reads a galaxy file. GalaxyStatistics must measure the galaxy before it is evaluated. A galaxy
   /// with clumpy dust has a reference. If Accuracy::shares_closure is true, the reference is that
   /// of the settings, made from an equal file and settings, or a new galaxy of a fixed seed.
-  /// Otherwise the reference is a new galaxy of the own seed. Throws InputError.
+  /// Otherwise the reference is a new galaxy of its own seed. Throws InputError.
   static std::shared_ptr<Galaxy> read(std::string_view text, const std::string& label,
                                       const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]

@@ -26,7 +26,7 @@ struct Preparation {
 
 /// Estimates a job that has been read and completed. The estimate renders up to 16 x 16 pixels
 /// at some places for up to `most_seconds`, or one pixel that takes longer. A place is chosen with
-/// a probability proportional to its cost by probe_pixels(). With `truth` it also measures a few
+/// a probability proportional to its cost by sample_costs(). With `truth` it also measures a few
 /// galaxies for up to `most_seconds`. Times are processor times of the thread. The estimate assumes
 /// that rank 0 hands out and writes while its threads render. The time of the file system is left
 /// out. Work that is `done` costs only its writing.

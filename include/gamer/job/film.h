@@ -35,7 +35,7 @@ class Film {
 
   /// On rank 0: checks everything that can be known beforehand. Throws InputError.
   Film(const RenderJob& animation, JobOptions options, int ranks, int threads);
-  /// For the other ranks.
+  /// The film as one string, for the other ranks.
   std::string pack() const;
   static std::unique_ptr<Film> unpack(std::string_view packed, JobOptions options);
 
@@ -73,7 +73,7 @@ class Film {
   RenderParameters frame(int number) const;
   /// The journals with which an interrupted film goes on.
   std::vector<JournalStatus> journals() const;
-  /// Their finished work, in frames.
+  /// The finished work of journals(), in frames.
   struct FinishedFrames {
     double image = 0, truth = 0;
   };

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,20 +13,20 @@ namespace gamer {
 /// job alone, not on the machine.
 double estimated_cost(const RenderCounts& counts);
 
-/// A pixel of the grid of probed pixels, and its cost.
-struct ProbedPixel {
+/// A pixel of the grid of sampled pixels, and its cost.
+struct CostSample {
   int x, y;
   double cost;
 };
-/// The grid of probed pixels, row by row from the lowest. The grid has at most one pixel in 64 (256
-/// for wide images), and at most 4096. Every rank calls this function; rank 0 gets the costs.
-/// `rows` is the number of probed rows, at most probed_rows().
-std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor, int rows);
-std::vector<ProbedPixel> probe_pixels(const Renderer& renderer, Executor& executor);
-/// The number of rows with probes in an image of this height.
-int probed_rows(int height);
-/// The cost of each row of an image, from its probes.
-std::vector<double> row_costs(std::span<const ProbedPixel> probes, int width, int height);
+/// The grid of sampled pixels, row by row from the lowest. The grid has at most one pixel in 64
+/// (256 for wide images), and at most 4096. Every rank calls this function; rank 0 gets the costs.
+/// `rows` is the number of sampled rows, at most sampled_rows().
+std::vector<CostSample> sample_costs(const Renderer& renderer, Executor& executor, int rows);
+std::vector<CostSample> sample_costs(const Renderer& renderer, Executor& executor);
+/// The number of rows with samples in an image of this height.
+int sampled_rows(int height);
+/// The cost of each row of an image, from its samples.
+std::vector<double> row_costs(std::span<const CostSample> samples, int width, int height);
 
 /// The estimated cost of each row of the image, on rank 0.
 std::vector<double> estimate_row_costs(const Renderer& renderer, Executor& executor);

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstddef>
 #include <filesystem>
 #include <functional>
 #include <map>
@@ -11,7 +10,6 @@
 #include <vector>
 
 #include "gamer/core/cancellation.h"
-#include "gamer/core/error.h"
 #include "gamer/core/resources.h"
 #include "gamer/galaxy/calibration/calibration_memory.h"
 #include "gamer/image/data_table.h"

@@ -5,7 +5,6 @@
 #include <memory>
 #include <mutex>
 #include <span>
-#include <utility>
 #include <vector>
 
 #include "gamer/galaxy/accuracy.h"
@@ -161,9 +160,9 @@ class Medium {
   /// Number of a galaxy's light components; a star field may be several components with different
   /// spectra.
   std::size_t light_components(int galaxy) const { return kind(galaxy).light.size(); }
-  /// The index, among the galaxy's emitting components, of the component to which light component
-  /// `own` belongs.
-  std::size_t emitter(int galaxy, std::size_t own) const { return kind(galaxy).emitter[own]; }
+  /// The index, among the galaxy's emitting components, of the component to which a light component
+  /// belongs.
+  std::size_t emitter(int galaxy, std::size_t light) const { return kind(galaxy).emitter[light]; }
   /// The rank of a galaxy in an order that does not depend on the scene's rows.
   int rank(int galaxy) const { return rank_[static_cast<std::size_t>(galaxy)]; }
   /// The indices in RayLight::light of the light slots of a cover of the ray.

@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "gamer/galaxy/galaxy.h"
@@ -117,7 +116,7 @@ class Renderer {
   /// each plane, in units of brightness times the pixel's area.
   void share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
                  const std::function<void(int x, int y, double share)>& take) const;
-  /// As share_out(), for a disc of so many pixels.
+  /// Calls take() as share_out() does, for a disc with an area of `pixels` pixels.
   void share_disc(const glm::dvec2& pixel, double pixels,
                   const std::function<void(int x, int y, double share)>& take) const;
   void add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const;

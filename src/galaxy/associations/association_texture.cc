@@ -6,7 +6,6 @@
 #include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <numbers>
 #include <numeric>

@@ -194,7 +194,7 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
     dust.envelope(batch, envelope.data());
     to_steps(static_cast<float>(scale) * cloud.steps[k], points, envelope, x, y, z);
     const std::span own(result.weights.get() + place * widths.size(), widths.size());
-    std::fill(own.begin(), own.end(), envelope);
+    std::ranges::fill(own, envelope);
     textures.fill_shear(points, shear);
     BatchArray turned_x, turned_y, turned_z;
     const Points turned = texture != nullptr ? galaxy.turn_back(points, texture->twirl(), turned_x,

@@ -398,7 +398,7 @@ double GalaxyStatistics::log_narrowest(std::size_t c) const {
 std::vector<double> GalaxyStatistics::widths(std::size_t c, double widest, double ratio) const {
   std::vector<double> widths;
   for (double width = widest; hides(c, width); width /= ratio) widths.push_back(width);
-  std::reverse(widths.begin(), widths.end());
+  std::ranges::reverse(widths);
   return widths;
 }
 

@@ -87,7 +87,7 @@ class Associations : public Layer {
       envelope_at({x.data(), y.data(), z.data(), size}, envelope.data());
       std::copy_n(envelope.data(), size, density.values.data() + first);
     }
-    const float most = *std::max_element(density.values.begin(), density.values.end());
+    const float most = *std::ranges::max_element(density.values);
     for (float& value : density.values) value = std::max(value, least_density * most);
     return density;
   }

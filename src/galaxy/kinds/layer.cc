@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <memory>
 #include <numbers>
 
@@ -137,7 +136,7 @@ constexpr double twirl_core = 0.1;
 /// The side of `count` cubes that fill a box. In a thin box it is the side of squares that fill its
 /// widest face, or the length of pieces of its longest edge.
 double cell_side(std::array<double, 3> extents, double count) {
-  std::sort(extents.begin(), extents.end());
+  std::ranges::sort(extents);
   const auto [thin, middle, longest] = extents;
   if (const double cube = std::cbrt(thin * middle * longest / count); thin >= cube) return cube;
   const double square = std::sqrt(middle * longest / count);
@@ -250,7 +249,7 @@ double Layer::mean_arm_modifier() const {
   for (double offset : arms_.offsets()) {
     angles.push_back(offset - 2 * pi * std::floor(offset / (2 * pi)));
   }
-  std::sort(angles.begin(), angles.end());
+  std::ranges::sort(angles);
   const double power = shape_.arm_width + 1;
   double sum = 0;
   for (std::size_t i = 0; i < angles.size(); ++i) {

@@ -158,11 +158,6 @@ double RadialLaw::bright_circle() const {
   return shape_.is_ring() ? circle * shape_.ring_radius : circle * bright_extent() / bright_lengths;
 }
 
-double RadialLaw::at(double x, double y) const {
-  if (shape_.is_round()) return std::hypot(x, y);
-  return std::hypot(cosine_ * x + sine_ * y, (cosine_ * y - sine_ * x) / shape_.axis_ratio);
-}
-
 void RadialLaw::stretch(const double from[3], double to[3]) const {
   std::copy_n(from, 3, to);
   if (shape_.is_round()) return;

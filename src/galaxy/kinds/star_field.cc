@@ -1,10 +1,9 @@
 #include "gamer/galaxy/kinds/star_field.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 
 namespace gamer {
@@ -17,10 +16,10 @@ void check_spectrum(const ParameterSet& values, const std::string& context) {
   if (!values.is_given("sed")) return;
   for (const char* key : {"temperature", "temperature_slope", "temperature_scatter"}) {
     if (!values.is_given(key)) continue;
-    throw InputError(values.where(key),
-                     fmt::format("{}'sed' and '{}' exclude each other: sed is the spectrum of all "
-                                 "stars, instead of blackbodies",
-                                 context, key));
+    throw input_error(values.where(key),
+                      "{}'sed' and '{}' exclude each other: sed is the spectrum of all stars, "
+                      "instead of blackbodies",
+                      context, key);
   }
 }
 

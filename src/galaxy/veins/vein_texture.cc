@@ -1,11 +1,8 @@
 #include "galaxy/veins/vein_texture.h"
 
-#include <algorithm>
 #include <array>
 #include <boost/math/special_functions/bessel.hpp>
-#include <cmath>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <numbers>
 #include <stdexcept>

@@ -47,7 +47,7 @@ std::string unquote(std::string_view value) {
 /// False unless the whole text is a number of this type.
 template <class Number>
 std::optional<Number> parse_number(std::string text) {
-  std::replace(text.begin(), text.end(), 'D', 'E');
+  std::ranges::replace(text, 'D', 'E');
   return number_of<Number>(without_plus(text));
 }
 
@@ -118,7 +118,7 @@ std::string fits_number(double value) {
   if (text.find('.') == std::string::npos) {
     text.insert(exponent == std::string::npos ? text.size() : exponent, ".0");
   }
-  std::replace(text.begin(), text.end(), 'e', 'E');
+  std::ranges::replace(text, 'e', 'E');
   return text;
 }
 
@@ -229,9 +229,8 @@ bool is_layout_record(const std::string& record) {
                                                            "LONGSTRN"};
   std::string copy = record;
   const int card_class = fits_get_keyclass(copy.data());
-  return std::find(layout_classes.begin(), layout_classes.end(), card_class) !=
-             layout_classes.end() ||
-         std::find(layout_keys.begin(), layout_keys.end(), record_key(record)) != layout_keys.end();
+  return std::ranges::find(layout_classes, card_class) != layout_classes.end() ||
+         std::ranges::find(layout_keys, record_key(record)) != layout_keys.end();
 }
 
 Card parse_card(std::span<const std::string> records) {

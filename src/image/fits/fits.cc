@@ -1,8 +1,6 @@
 #include "gamer/image/fits/fits.h"
 
 #include <fmt/chrono.h>
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <charconv>
@@ -10,12 +8,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <ctime>
-#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/image/fits/fits_stream.h"
 #include "image/fits/fits_cards.h"
@@ -191,10 +189,10 @@ class FitsWriter final : public ImageWriter {
   }
 
   void finish() override {
-    const auto missing = std::find(written_.begin(), written_.end(), false);
+    const auto missing = std::ranges::find(written_, false);
     if (missing != written_.end()) {
-      throw RunError(fmt::format("{}: row {} was never written", options_.path.string(),
-                                 missing - written_.begin()));
+      throw run_error("{}: row {} was never written", options_.path.string(),
+                      missing - written_.begin());
     }
     if (is_compressed(options_)) compress();
     for (auto& output : outputs_) {
@@ -359,9 +357,9 @@ FitsImage read_fits(const std::filesystem::path& path) {
       if (first == nullptr) {
         first = &hdu;
         for (Card& card : read_cards(file)) {
-          const bool known = std::any_of(
-              result.cards.begin(), result.cards.end(),
-              [&](const Card& other) { return is_common_card(card.key) && other.key == card.key; });
+          const bool known = std::ranges::any_of(result.cards, [&](const Card& other) {
+            return is_common_card(card.key) && other.key == card.key;
+          });
           if (!known) result.cards.push_back(std::move(card));
         }
       } else if (hdu.width != first->width || hdu.height != first->height) {

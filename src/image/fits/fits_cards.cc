@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <iterator>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -163,8 +162,8 @@ std::vector<Card> common_cards(const std::vector<Card>& given) {
                              {"ORIGIN", std::string("gamer"), ""},
                              {"CREATOR", fmt::format("gamer {}", version()), "program, version"}};
   for (Card& card : cards) {
-    const auto found = std::find_if(given.begin(), given.end(),
-                                    [&](const Card& other) { return other.key == card.key; });
+    const auto found =
+        std::ranges::find_if(given, [&](const Card& other) { return other.key == card.key; });
     if (found != given.end()) card = *found;
   }
   return cards;
@@ -172,8 +171,8 @@ std::vector<Card> common_cards(const std::vector<Card>& given) {
 
 std::vector<Card> without_common_cards(const std::vector<Card>& cards) {
   std::vector<Card> rest;
-  std::copy_if(cards.begin(), cards.end(), std::back_inserter(rest),
-               [](const Card& card) { return !is_common_card(card.key); });
+  std::ranges::copy_if(cards, std::back_inserter(rest),
+                       [](const Card& card) { return !is_common_card(card.key); });
   return rest;
 }
 
@@ -355,7 +354,7 @@ TextTable read_text_table(FitsFile& file) {
   std::vector<int> numbers(static_cast<std::size_t>(count));
   if (count > 0) {
     file.call(fits_read_col_int, 1, LONGLONG{1}, LONGLONG{1}, count, 0, numbers.data(), nullptr);
-    table.rows.resize(static_cast<std::size_t>(std::count(numbers.begin(), numbers.end(), 1)));
+    table.rows.resize(static_cast<std::size_t>(std::ranges::count(numbers, 1)));
     if (numbers[0] != 1) file.fail("a table of texts that does not begin with line 1");
   }
   for (int column = 2; column <= columns; ++column) {

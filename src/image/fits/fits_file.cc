@@ -1,6 +1,5 @@
 #include "image/fits/fits_file.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
@@ -79,10 +79,10 @@ FitsFile FitsFile::open_extended(const std::string& name) {
   const std::size_t bracket = name.find('[');
   const auto extension = parse_extension(std::string_view(name).substr(bracket));
   if (!extension) {
-    throw InputError(fmt::format(
+    throw input_error(
         "{}: expected the number or the name of an HDU in brackets, then perhaps a section: "
         "a.fits[1][10:90,10:90]",
-        name.substr(0, bracket)));
+        name.substr(0, bracket));
   }
   FitsFile file = open(name.substr(0, bracket), name);
   const int count = file.hdu_count();

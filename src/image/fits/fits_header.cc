@@ -1,11 +1,10 @@
 #include "gamer/image/fits/fits_header.h"
 
-#include <fmt/format.h>
-
 #include <regex>
 #include <span>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
@@ -89,8 +88,7 @@ void FitsHeader::set(const Card& card) {
   Card wanted = card;
   wanted.key = plain_key(card.key);
   if (wanted.key.empty() || wanted.key == "END" || is_structural(wanted.key)) {
-    throw InputError(
-        fmt::format("card {}: describes the file, and cannot be set", in_quotes(card.key)));
+    throw input_error("card {}: describes the file, and cannot be set", in_quotes(card.key));
   }
   const bool is_line = std::holds_alternative<std::monostate>(wanted.value);
   const auto first = is_line ? std::nullopt : find(wanted.key);

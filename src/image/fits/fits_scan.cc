@@ -1,6 +1,5 @@
 #include "image/fits/fits_scan.h"
 
-#include <fmt/format.h>
 #include <zlib.h>
 
 #include <algorithm>
@@ -13,9 +12,9 @@
 #include <cstring>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <vector>
 
+#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
 
@@ -67,8 +66,7 @@ bool is_groups(std::string_view name) {
 
 /// Whether a card's value is a string of printing ASCII.
 bool is_string(std::string_view record) {
-  const bool is_text =
-      std::all_of(record.begin(), record.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  const bool is_text = std::ranges::all_of(record, [](char c) { return c >= ' ' && c <= '~'; });
   if (!is_text || record.substr(keyword, 2) != "= ") return false;
   const std::string_view value = trimmed(record.substr(value_begin));
   return value.starts_with('\'') && value.find('\'', 1) != std::string_view::npos;
@@ -105,8 +103,10 @@ class Header {
     return std::ceil(bits_ / bits_per_byte * values / block_size);
   }
 
-  [[noreturn]] void fail(const std::string& message) const {
-    throw InputError(fmt::format("{}: HDU {}: {}", label_, hdu_, message));
+  template <class... Values>
+  [[noreturn]] void fail(fmt::format_string<Values...> message, Values&&... values) const {
+    throw input_error("{}: HDU {}: {}", label_, hdu_,
+                      fmt::format(message, std::forward<Values>(values)...));
   }
 
  private:
@@ -114,7 +114,7 @@ class Header {
     const std::string_view key = name_of(record);
     const std::optional<long long> value = integer(record);
     if (!read_mandatory(key, value) && is_size(key)) {
-      fail(fmt::format("{} stands there twice", key));
+      fail("{} stands there twice", key);
     }
     if (key == "XTENSION") is_table_ = record.find("TABLE", value_begin) != std::string_view::npos;
     const std::size_t further = records_ - std::min(records_, first_axis + axis_count_);
@@ -131,8 +131,8 @@ class Header {
   /// Whether this place requires a certain card. Fails where the card is a different one.
   bool read_mandatory(std::string_view key, std::optional<long long> value) {
     const auto expect = [&](const std::string& name, bool is_good) {
-      if (key != name) fail(fmt::format("card {} must be {}", records_ + 1, name));
-      if (!is_good) fail(fmt::format("{} has a value that cannot be", name));
+      if (key != name) fail("card {} must be {}", records_ + 1, name);
+      if (!is_good) fail("{} has a value that cannot be", name);
     };
     if (records_ == 0) {
       expect(hdu_ == 0 ? "SIMPLE" : "XTENSION", true);
@@ -160,9 +160,9 @@ class Header {
 
   void take_once(std::optional<long long>& to, std::string_view key, std::optional<long long> value,
                  long long most) {
-    if (to) fail(fmt::format("{} stands there twice", key));
+    if (to) fail("{} stands there twice", key);
     if (!value || *value < 0 || *value > most) {
-      fail(fmt::format("{} has a value that cannot be", key));
+      fail("{} has a value that cannot be", key);
     }
     to = value;
   }
@@ -170,7 +170,7 @@ class Header {
   void read_column(std::string_view key, std::string_view record) {
     for (const std::string_view stem : {"TTYPE", "TFORM"}) {
       if (number_behind(stem, key) == 0 || is_string(record)) continue;
-      fail(fmt::format("a table cannot have such {}", key));
+      fail("a table cannot have such {}", key);
     }
   }
 
@@ -196,7 +196,7 @@ class Header {
 
   static bool is_type(long long bits) {
     constexpr std::array<long long, 6> types = {8, 16, 32, 64, -32, -64};
-    return std::find(types.begin(), types.end(), bits) != types.end();
+    return std::ranges::find(types, bits) != types.end();
   }
 
   void check_end() const {
@@ -206,7 +206,7 @@ class Header {
     // CFITSIO treats every HDU with TFIELDS as a table.
     if (hdu_ > 0 && (is_table_ || columns_)) check_table();
     if (!is_compressed_ || (bad_.empty() && has_all_axes())) return;
-    fail(fmt::format("a compressed image cannot have such {}", bad_.empty() ? "ZNAXISn" : bad_));
+    fail("a compressed image cannot have such {}", bad_.empty() ? "ZNAXISn" : bad_);
   }
 
   void check_table() const {
@@ -214,8 +214,8 @@ class Header {
     constexpr double bit_count = 8;
     if (axis_count_ == axis_count && bits_ == bit_count && table_cards_ == table_cards.size())
       return;
-    fail(fmt::format("a table begins with BITPIX = 8, NAXIS = 2, NAXIS1, NAXIS2, {}, in this order",
-                     fmt::join(table_cards, ", ")));
+    fail("a table begins with BITPIX = 8, NAXIS = 2, NAXIS1, NAXIS2, {}, in this order",
+         fmt::join(table_cards, ", "));
   }
 
   bool has_all_axes() const {
@@ -254,26 +254,26 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
   if (std::filesystem::is_directory(status)) {
-    throw InputError(fmt::format("{}: it is a directory", label));
+    throw input_error("{}: it is a directory", label);
   }
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
-    throw InputError(fmt::format("{}: it is not a regular file", label));
+    throw input_error("{}: it is not a regular file", label);
   }
   // gzopen() reads plain files unchanged.
   errno = 0;
   const std::unique_ptr<gzFile_s, CloseGzip> file(gzopen(path.c_str(), "rb"));
-  if (!file) throw InputError(fmt::format("{}: cannot open it: {}", label, std::strerror(errno)));
+  if (!file) throw input_error("{}: cannot open it: {}", label, std::strerror(errno));
   std::array<char, block_size> block{};
   /// The next block, or the rest of the file.
   const auto read = [&]() -> std::string_view {
     const int count = gzread(file.get(), block.data(), block_size);
-    if (count < 0) throw InputError(fmt::format("{}: its gzip stream is damaged", label));
+    if (count < 0) throw input_error("{}: its gzip stream is damaged", label);
     return {block.data(), static_cast<std::size_t>(count)};
   };
   for (int hdu = 0;; ++hdu) {
     std::string_view bytes = read();
     if (hdu == 0 && !bytes.starts_with(fits)) {
-      throw InputError(fmt::format("{}: is no FITS file", label));
+      throw input_error("{}: is no FITS file", label);
     }
     if (bytes.find_first_not_of(fill) == std::string_view::npos) return;
     Header header(label, hdu);

@@ -1,6 +1,5 @@
 #include "gamer/image/fits/fits_stream.h"
 
-#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -20,6 +19,7 @@
 #include <system_error>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/image/fits/fits.h"
@@ -129,9 +129,9 @@ void check_section(const std::string& name) {
   if (comma == std::string::npos) return;
   const std::size_t first = last.find_first_not_of(' ', comma + 1);
   if (first != std::string::npos && last[first] == '*') return;
-  throw InputError(fmt::format(
+  throw input_error(
       "{}: a section of the third axis; write * there, and take planes with gutil stack --planes",
-      name));
+      name);
 }
 
 bool exists(const std::string& name) {
@@ -193,13 +193,13 @@ class FitsInput::File {
     if (name == standard_stream) return open_standard_input();
     if (exists(name)) {
       if (std::error_code error; fs::is_directory(name, error)) {
-        throw InputError(fmt::format("{}: is a folder", name));
+        throw input_error("{}: is a folder", name);
       }
       return FitsFile::open(name, name);
     }
     const std::size_t bracket = name.find('[');
     if (bracket == std::string::npos || !exists(name.substr(0, bracket))) {
-      throw InputError(fmt::format("{}: no such file", name.substr(0, bracket)));
+      throw input_error("{}: no such file", name.substr(0, bracket));
     }
     check_section(name);
     is_extended_ = true;
@@ -210,13 +210,13 @@ class FitsInput::File {
     std::array<char, fits_beginning> start{};
     const std::size_t count = std::fread(start.data(), 1, start.size(), stdin);
     if (!begins_as_fits({start.data(), count})) {
-      throw InputError(fmt::format("{}: is no FITS file", name_));
+      throw input_error("{}: is no FITS file", name_);
     }
     spool_.emplace();
     {
       const CFile copy(std::fopen(spool_->path().c_str(), "wb"), &std::fclose);
       if (!copy || std::fwrite(start.data(), 1, count, copy.get()) != count) {
-        throw RunError(fmt::format("{}: {}", name_, std::strerror(errno)));
+        throw run_error("{}: {}", name_, std::strerror(errno));
       }
       copy_bytes(stdin, copy.get(), name_);
     }
@@ -298,7 +298,7 @@ class FitsInput::File {
 
   const RowBlock& row_block(const FitsHdu& hdu, int plane, int row) {
     constexpr std::size_t most_values = std::size_t{1} << 25, block_count = 32;
-    const auto found = std::find_if(blocks_.begin(), blocks_.end(), [&](const RowBlock& block) {
+    const auto found = std::ranges::find_if(blocks_, [&](const RowBlock& block) {
       return block.hdu == hdu.number && block.plane == plane && row >= block.first &&
              row < block.first + block.count;
     });
@@ -369,8 +369,8 @@ class FitsOutput::File {
   explicit File(const FitsOutputOptions& options) : options_(options) {
     const std::optional<ImageSuffix> suffix = image_suffix(options.name);
     if (suffix != ImageSuffix::fits && suffix != ImageSuffix::fits_compressed) {
-      throw InputError(fmt::format("output {}: the name must end in .fits or .fits.fz",
-                                   in_quotes(options.name)));
+      throw input_error("output {}: the name must end in .fits or .fits.fz",
+                        in_quotes(options.name));
     }
     check_new_file(options.name, options.overwrite);
     compressed_ = suffix == ImageSuffix::fits_compressed;
@@ -438,9 +438,9 @@ class FitsOutput::File {
         first += static_cast<LONGLONG>(count);
       });
       if (range.is_lost && !range.is_seen) {
-        throw RunError(fmt::format(
+        throw run_error(
             "{}: a plane's pixels are all too small for 32 bits; --bitpix -64 keeps them",
-            output_->label()));
+            output_->label());
       }
     }
     if (!compressed_) data_sums_[file_->hdu_count()] = sum.value();
@@ -543,8 +543,8 @@ class FitsOutput::File {
     if (infinities == 0) return;
     for (std::size_t i = 0; i < count; ++i) {
       if (std::isinf(out[i]) && !std::isinf(values[i])) {
-        throw RunError(fmt::format("{}: pixels are too large for 32 bits; --bitpix -64 keeps them",
-                                   output_->label()));
+        throw run_error("{}: pixels are too large for 32 bits; --bitpix -64 keeps them",
+                        output_->label());
       }
     }
   }

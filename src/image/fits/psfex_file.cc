@@ -98,8 +98,7 @@ std::optional<PsfexFile> read_psfex_file(const std::filesystem::path& path) {
   psf.values.resize(static_cast<std::size_t>(count));
   file.call(fits_read_col_dbl, column, LONGLONG{1}, LONGLONG{1}, count, 0.0, psf.values.data(),
             &any_null);
-  if (!std::all_of(psf.values.begin(), psf.values.end(),
-                   [](double v) { return std::isfinite(v); })) {
+  if (!std::ranges::all_of(psf.values, [](double v) { return std::isfinite(v); })) {
     file.fail("PSF_MASK has values that are not finite");
   }
   return psf;

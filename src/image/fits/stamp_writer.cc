@@ -1,12 +1,11 @@
 #include "gamer/image/stamp_writer.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/error.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/image_hdu.h"
@@ -58,10 +57,10 @@ class FitsStampWriter final : public StampWriter {
   }
 
   void finish() override {
-    const auto missing = std::find(written_.begin(), written_.end(), false);
+    const auto missing = std::ranges::find(written_, false);
     if (missing != written_.end()) {
-      throw RunError(fmt::format("{}: stamp {} was never written", options_.path.string(),
-                                 missing - written_.begin() + 1));
+      throw run_error("{}: stamp {} was never written", options_.path.string(),
+                      missing - written_.begin() + 1);
     }
     const int hdus = file_.hdu_count();
     for (int hdu = static_cast<int>(sizes_.size()) + 2; hdu <= hdus; ++hdu) {
@@ -142,8 +141,7 @@ std::unique_ptr<StampWriter> make_stamp_writer(
 void check_stamp_output(const OutputOptions& options, const ImageHeader& header, double pixels) {
   check_output_suffix(options);
   if (image_suffix(options.path) != ImageSuffix::fits) {
-    throw InputError(
-        fmt::format("output '{}': stamps are written to a .fits file", options.path.string()));
+    throw input_error("output '{}': stamps are written to a .fits file", options.path.string());
   }
   // The space on disk is that of an image with as many pixels.
   ImageHeader whole = header;

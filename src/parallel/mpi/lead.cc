@@ -70,9 +70,9 @@ class Lead {
   // The pool's failure is known once it has finished.
   bool finished() {
     if (!pool_.finished() || (pool_.failure() && !failure_)) return false;
-    return std::none_of(incoming_.begin(), incoming_.end(),
-                        [](const Incoming& incoming) { return incoming.active; }) &&
-           std::find(busy_.begin(), busy_.end(), true) == busy_.end();
+    return std::ranges::none_of(incoming_,
+                                [](const Incoming& incoming) { return incoming.active; }) &&
+           std::ranges::find(busy_, true) == busy_.end();
   }
 
   bool serve_notices() {
@@ -156,7 +156,7 @@ class Lead {
                     &incoming.requests.emplace_back());
         });
       } else {
-        std::fill(incoming.values.begin(), incoming.values.end(), 0.0);
+        std::ranges::fill(incoming.values, 0.0);
       }
       incoming.active = true;
       active = true;

@@ -1,8 +1,7 @@
 #ifdef GAMER_HAVE_MPI
 
 #include "parallel/mpi/mpi_group.h"
-
-#include <fmt/format.h>
+#include "core/message.h"
 
 #include <array>
 #include <cstdlib>
@@ -111,7 +110,7 @@ void MpiGroup::open(const Order& order) {
 
 void MpiGroup::give_up(int rank, const std::string& what) {
   has_lost_ = true;
-  throw RunError(fmt::format("rank {} {}", rank, what));
+  throw run_error("rank {} {}", rank, what);
 }
 
 std::optional<Order> MpiGroup::poll_order() {
@@ -281,8 +280,8 @@ bool started_by_launcher() {
       "OMPI_COMM_WORLD_SIZE", "PMIX_RANK",   "PMI_RANK",    "PMI_SIZE",
       "MV2_COMM_WORLD_SIZE",  "ALPS_APP_PE", "PALS_RANKID",
   };
-  return std::any_of(variables.begin(), variables.end(),
-                     [](const char* name) { return std::getenv(name) != nullptr; });
+  return std::ranges::any_of(variables,
+                             [](const char* name) { return std::getenv(name) != nullptr; });
 }
 
 }  // namespace
@@ -304,8 +303,6 @@ std::string mpi_library_version() {
 }  // namespace gamer
 
 #else
-
-#include "parallel/rank_group.h"
 
 namespace gamer {
 

@@ -30,7 +30,7 @@ std::int32_t AdaptiveSampler::find_cover(AdaptiveWorkspace& ws) const {
   for (const Hit& hit : ws.segment_hits) ws.galaxies.push_back(hit.galaxy);
   if (!ws.covers.empty() && ws.galaxies == ws.last_galaxies) return ws.last_cover;
   ws.last_galaxies = ws.galaxies;
-  std::sort(ws.galaxies.begin(), ws.galaxies.end());
+  std::ranges::sort(ws.galaxies);
   const auto [place, is_new] =
       ws.cover_of.try_emplace(ws.galaxies, static_cast<std::int32_t>(ws.covers.size()));
   if (is_new) ws.covers.push_back(medium_.cover(ws.segment_hits));
@@ -54,9 +54,9 @@ void AdaptiveSampler::find_crossings(std::span<const Hit> hits, AdaptiveWorkspac
     ws.crossing_order.push_back(ws.crossing_count++);
   }
   // Hits are sorted by distance, but a galaxy's components may begin later.
-  std::stable_sort(
-      ws.crossing_order.begin(), ws.crossing_order.end(),
-      [&](std::size_t a, std::size_t b) { return ws.crossings[a].begin < ws.crossings[b].begin; });
+  std::ranges::stable_sort(ws.crossing_order, [&](std::size_t a, std::size_t b) {
+    return ws.crossings[a].begin < ws.crossings[b].begin;
+  });
 }
 
 void AdaptiveSampler::find_segments(std::span<const Hit> hits, std::int32_t ray,
@@ -184,7 +184,7 @@ void AdaptiveSampler::begin_level(AdaptiveWorkspace& ws) const {
   }
   // This order keeps a galaxy's nodes together, and gives segments that share vectors similar
   // lengths.
-  std::sort(ws.starts.begin(), ws.starts.end());
+  std::ranges::sort(ws.starts);
   for (const std::uint64_t start : ws.starts) {
     const std::size_t segment = start & ((std::uint64_t{1} << segment_bits) - 1);
     const auto count =

@@ -305,8 +305,7 @@ void NodeMap::add(double begin, double end, std::span<const Focus> focuses) {
   end_.push_back(static_cast<float>(end));
   focus_first_.push_back(static_cast<std::int32_t>(centre_.size()));
   sorted_.assign(focuses.begin(), focuses.end());
-  std::sort(sorted_.begin(), sorted_.end(),
-            [](const Focus& a, const Focus& b) { return a.rate > b.rate; });
+  std::ranges::sort(sorted_, [](const Focus& a, const Focus& b) { return a.rate > b.rate; });
   std::size_t kept = 0;
   for (const Focus& focus : sorted_) {
     const std::span<const Focus> others(sorted_.data(), kept);

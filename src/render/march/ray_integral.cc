@@ -4,11 +4,9 @@
 #define HWY_TARGET_INCLUDE "render/march/ray_integral.cc"
 #include "hwy/foreach_target.h"
 
-#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
-#include <vector>
 
 #include "render/march/lane_march-inl.h"
 #include "render/march/vector_memory.h"
@@ -321,7 +319,7 @@ void order_segments(const SegmentNodes& segments, const SegmentCovers& covers,
   keys.clear();
   for (std::size_t segment = 0; segment < segments.segments; ++segment)
     keys.push_back(key(segment));
-  std::sort(keys.begin(), keys.end());
+  std::ranges::sort(keys);
   order.clear();
   for (const std::uint64_t own : keys) order.push_back(static_cast<std::uint32_t>(own));
 }

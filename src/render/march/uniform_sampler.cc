@@ -56,8 +56,8 @@ class UniformSampler : public Sampler {
 
   void integrate_ray(std::span<const std::span<const Hit>> hits, std::size_t i, RayLight& out,
                      RenderCounts& counts) const {
-    const bool varies = std::any_of(hits[i].begin(), hits[i].end(),
-                                    [&](const Hit& hit) { return medium_.has_variants(hit); });
+    const bool varies =
+        std::ranges::any_of(hits[i], [&](const Hit& hit) { return medium_.has_variants(hit); });
     const std::size_t variants = varies ? dust_deviations.size() : 1;
     std::vector<double> transmission(variants * medium_.nodes(), 1.0);
     RayNodes nodes;
@@ -80,7 +80,7 @@ class UniformSampler : public Sampler {
       edges.push_back(hit.begin);
       edges.push_back(hit.end);
     }
-    std::sort(edges.begin(), edges.end());
+    std::ranges::sort(edges);
     for (std::size_t e = 0; e + 1 < edges.size(); ++e) {
       const double begin = edges[e], end = edges[e + 1];
       if (!(end > begin)) continue;

@@ -62,7 +62,7 @@ class TileSpace {
   /// False only if no part of the cube around a place of the ball lies between the planes.
   bool may_show(const double place[3], double half) const {
     if (!planes_) return true;
-    return std::all_of(planes_->begin(), planes_->end(), [&](const Plane& plane) {
+    return std::ranges::all_of(*planes_, [&](const Plane& plane) {
       const double inside = plane.inward.x * place[0] + plane.inward.y * place[1] +
                             plane.inward.z * place[2] + plane.offset;
       return inside >= -half * plane.size;
@@ -214,7 +214,7 @@ StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camer
   }
   order_.resize(looks_.size());
   std::iota(order_.begin(), order_.end(), std::size_t{0});
-  std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
+  std::ranges::stable_sort(order_, [&](std::size_t a, std::size_t b) {
     return medium_.rank(fields_->fields()[a].galaxy) < medium_.rank(fields_->fields()[b].galaxy);
   });
 }
@@ -242,8 +242,8 @@ void StarPainter::paint(const Tile& tile, double margin,
   std::vector<int> dusty;
   for (const int g : near.galaxies) {
     const auto components = scene_->galaxies[static_cast<std::size_t>(g)].galaxy->components();
-    if (std::any_of(components.begin(), components.end(),
-                    [](const auto& component) { return component->absorbs(); })) {
+    if (std::ranges::any_of(components,
+                            [](const auto& component) { return component->absorbs(); })) {
       dusty.push_back(g);
     }
   }
@@ -251,8 +251,8 @@ void StarPainter::paint(const Tile& tile, double margin,
   batch.detail = detail;
   for (const std::size_t number : order_) {
     const StarFields::Field& field = fields_->fields()[number];
-    if (std::isinf(field.limit) || std::find(near.galaxies.begin(), near.galaxies.end(),
-                                             field.galaxy) == near.galaxies.end()) {
+    if (std::isinf(field.limit) ||
+        std::ranges::find(near.galaxies, field.galaxy) == near.galaxies.end()) {
       continue;
     }
     paint_field(number, tile, margin, *rays, dusty, batch, take, counts);
@@ -365,9 +365,9 @@ void StarPainter::flush(std::size_t number, std::span<const int> dusty, Batch& b
     for (std::size_t p = 0; p < planes; ++p) {
       double seen = 0, free = 0;
       for (std::size_t j = 0; j < steps; ++j) {
-        const double own = weights[p * steps + j];
-        free += own;
-        seen += own * std::exp(-batch.depth[i * steps + j]);
+        const double weight = weights[p * steps + j];
+        free += weight;
+        seen += weight * std::exp(-batch.depth[i * steps + j]);
       }
       batch.flux[p] = scale * seen;
       batch.dust_free[p] = scale * free;
@@ -401,7 +401,7 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
       std::size_t slot = 0;
       for (std::size_t c = 0; c < components.size(); ++c) {
         if (!components[c]->absorbs()) continue;
-        const std::size_t own = slot++;
+        const std::size_t line_slot = slot++;
         batch.plan.clear();
         components[c]->plan({{hit.nearest[0], hit.nearest[1], hit.nearest[2]},
                              {hit.direction[0], hit.direction[1], hit.direction[2]},
@@ -411,7 +411,7 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
                             medium_.accuracy(), batch.plan);
         if (!(batch.plan.begin < batch.plan.end)) continue;
         batch.map.add(batch.plan.begin, batch.plan.end, batch.plan.focuses);
-        batch.lines.push_back({i, hit.galaxy, c, own, hit, 0, 0, 0, 0, 0, 0});
+        batch.lines.push_back({i, hit.galaxy, c, line_slot, hit, 0, 0, 0, 0, 0, 0});
       }
     }
   }
@@ -443,19 +443,18 @@ void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
     line.most = 0;
     line.least = HUGE_VAL;
     for (std::size_t j = 0; j < medium_.basis().size(); ++j) {
-      const double own = medium_.extinction(cover, static_cast<int>(line.slot), j);
-      line.most = std::max(line.most, own);
-      line.least = std::min(line.least, own);
+      const double extinction = medium_.extinction(cover, static_cast<int>(line.slot), j);
+      line.most = std::max(line.most, extinction);
+      line.least = std::min(line.least, extinction);
     }
     batch.segments.push_back(static_cast<std::int32_t>(r));
   }
   // This order keeps lines of one component together, in full batches.
-  std::stable_sort(
-      batch.segments.begin(), batch.segments.end(), [&](std::int32_t a, std::int32_t b) {
-        const Batch::Line &one = batch.lines[static_cast<std::size_t>(a)],
-                          &other = batch.lines[static_cast<std::size_t>(b)];
-        return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
-      });
+  std::ranges::stable_sort(batch.segments, [&](std::int32_t a, std::int32_t b) {
+    const Batch::Line &one = batch.lines[static_cast<std::size_t>(a)],
+                      &other = batch.lines[static_cast<std::size_t>(b)];
+    return std::pair(one.galaxy, one.component) < std::pair(other.galaxy, other.component);
+  });
   add_nodes(batch, true, counts);
   while (true) {
     // A star's visible light may change by star_error of itself when every second node is left out,
@@ -496,9 +495,9 @@ void StarPainter::add_nodes(Batch& batch, bool is_first, RenderCounts& counts) c
       const double light = scale * double{batch.density[i]};
       batch.between[place.segment] += place.weight * light;
       if (is_first) {
-        Batch::Line& own = batch.line_of(place.segment);
-        own.coarse += place.coarse_weight * light;
-        own.coarser += place.coarser_weight * light;
+        Batch::Line& whole_line = batch.line_of(place.segment);
+        whole_line.coarse += place.coarse_weight * light;
+        whole_line.coarser += place.coarser_weight * light;
       }
     }
     batch.places.clear();

@@ -61,8 +61,6 @@ class RadialLaw {
   double bright_extent() const;
   double bright_circle() const;
 
-  /// m of a place in the plane.
-  double at(double x, double y) const;
   /// The places (m cos psi, m sin psi) of a vector (x, y, z): along the position angle, across it
   /// times 1/q, and z.
   void stretch(const double from[3], double to[3]) const;
