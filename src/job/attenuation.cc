@@ -13,7 +13,7 @@ namespace gamer {
 namespace {
 
 // Distance of the rays, relative to those of an image.
-constexpr double ray_distance = 2;
+constexpr double ray_distance = 1.5;
 
 void append(double number, std::string& text) { text += fmt::format(" {:a}", number); }
 void append(const glm::dvec3& vector, std::string& text) {

@@ -25,8 +25,8 @@ constexpr double clump_spread = 1.5;
 // Numbers of points of a clump.
 constexpr std::size_t fewest_points = 16;
 constexpr std::size_t most_points = 256;
-// A clump is kept if its random number is below so many times its largest occupancy at the centre,
-// since the octaves vary across the clump.
+// A clump is kept if its random number is below so many times the occupancy at its centre. The
+// octaves vary across a clump, hence the margin.
 constexpr double occupancy_margin = 4;
 
 /// A clump that may be there.

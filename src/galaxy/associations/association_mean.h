@@ -21,8 +21,8 @@ struct AssociationLayer {
 /// The mean of Phi over a layer for rays of one footprint (galaxy radii; 0 resolves everything),
 /// with a relative error of about `error`:
 ///   <Phi>/scale = (1 - sum_l s_l) <M> + sum_l s_l <M C_l>.
-/// Here s_l is the share of the light in clumps of level l that such rays see, and C_l is the light
-/// of these clumps relative to its mean. <M> is a mean over a cloud of points. A cloud would miss
+/// Such rays see the share s_l of the light in clumps of level l. C_l is the light of these clumps,
+/// relative to its mean. <M> is a mean over a cloud of points. A cloud would miss
 /// the few brightest clumps. <M C_l> is therefore a sum over all clumps: the light of each, times
 /// the mean of density and M over points that follow its profile. Levels of so many clumps that
 /// their chance counts for little have <M C_l> = <M>.
