@@ -126,12 +126,14 @@ class Component {
   /// without noise. The points are turned back by the twirl, as for the texture. The cloud must not
   /// outlive the component.
   virtual Cloud cloud(std::size_t size) const = 0;
+  /// Whether texture_mean() gives the means of Phi, since a cloud of points would miss its peaks.
+  virtual bool has_texture_mean() const { return false; }
   /// The mean of Phi over the component for rays of this width (galaxy radii; 0 resolves
-  /// everything), with a relative error of about `error`. Nothing if a mean over a cloud of points
-  /// serves; `most_points` is the largest size of clouds.
-  virtual std::optional<double> texture_mean(double /*width*/, double /*error*/,
-                                             std::size_t /*most_points*/) const {
-    return {};
+  /// everything), with a relative error of about `error`. Clouds that it uses have at most
+  /// `most_points`.
+  virtual double texture_mean(double /*width*/, double /*error*/,
+                              std::size_t /*most_points*/) const {
+    return 1;
   }
   /// About `size` columns of `heights` points, spread over a layer; empty for other components.
   virtual ColumnCloud columns(std::size_t /*size*/, std::size_t /*heights*/) const { return {}; }

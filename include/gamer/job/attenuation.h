@@ -19,8 +19,7 @@ FootprintRange attenuation_footprints(const RenderParameters& parameters);
 /// Makes observed galaxies brighter by the light that their own dust absorbs in the reference band,
 /// which is at rest for absolute magnitudes. Their magnitudes then include dust. Every rank calls
 /// this function with an equal scene. Each galaxy is measured alone, once, in `threads` threads per
-/// rank, at 3 times sampling.tolerance, at most 0.01. Magnitudes of single galaxies then err by
-/// about 2e-3, and by up to 1.5e-2 if the dust is in few lanes (bench/survey_bench.py).
+/// rank, at sampling.tolerance. bench/survey_bench.py gives the errors of magnitudes.
 ///
 /// A galaxy that `memory` knows from this side is not measured again. Only a process without other
 /// ranks may give a memory.

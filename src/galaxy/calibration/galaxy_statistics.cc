@@ -318,6 +318,10 @@ double GalaxyStatistics::wanted_error(std::size_t c, double footprint) const {
   return error / std::sqrt(share(c));
 }
 
+double GalaxyStatistics::error_of_texture_mean(std::size_t c, double footprint) const {
+  return std::exp2(std::floor(std::log2(wanted_error(c, footprint))));
+}
+
 std::size_t GalaxyStatistics::points_needed(const Mean& mean, double error) const {
   const double excess = error / wanted_error(mean.component, mean.footprint);
   const auto first = static_cast<double>(first_points());
@@ -333,16 +337,14 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
     if (mean.component == c) widths.push_back(mean.footprint);
   }
   NumberWriter writer(numbers);
-  bool is_known = false;
-  for (const double width : widths) {
-    const auto mean =
-        component_at(c).texture_mean(width, wanted_error(c, width), galaxy_.most_cloud_points());
-    if (!mean) break;
-    is_known = true;
-    writer.add(*mean);
-    writer.add(0);
+  if (component_at(c).has_texture_mean()) {
+    for (const double width : widths) {
+      writer.add(component_at(c).texture_mean(width, error_of_texture_mean(c, width),
+                                              galaxy_.most_cloud_points()));
+      writer.add(0);
+    }
+    return;
   }
-  if (is_known) return;
   const Cloud cloud = component_at(c).cloud(first_points());
   std::vector<CloudMoments> parts(cloud.batches * widths.size());
   parallel_for(cloud.batches, [&](std::size_t b) {

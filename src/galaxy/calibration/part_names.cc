@@ -20,7 +20,11 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
     case Round::means: {
       text += fmt::format(" means {}", c);
       for (const Mean& mean : means_) {
-        if (mean.component == c) append_widths({&mean.footprint, 1}, text);
+        if (mean.component != c) continue;
+        append_widths({&mean.footprint, 1}, text);
+        if (component_at(c).has_texture_mean()) {
+          text += fmt::format(" to {:a}", error_of_texture_mean(c, mean.footprint));
+        }
       }
       return text;
     }

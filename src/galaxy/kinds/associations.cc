@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "galaxy/associations/association_mean.h"
 #include "galaxy/associations/association_texture.h"
@@ -37,8 +36,8 @@ class Associations : public Layer {
     }
   }
 
-  std::optional<double> texture_mean(double width, double error,
-                                     std::size_t most_points) const override {
+  bool has_texture_mean() const override { return true; }
+  double texture_mean(double width, double error, std::size_t most_points) const override {
     const double integral = envelope_integral();
     AssociationLayer layer;
     layer.density = [&](const Points& points, float* out) {

@@ -997,7 +997,8 @@ class Component:
         mean = np.average(phi, weights=w)
         if isinstance(self.texture, Associations):
             if ratio is None:
-                ratio = self.texture.layer_mean(self.layer, 0.003 / math.sqrt(share)) / mean
+                error = 2.0**math.floor(math.log2(0.003 / math.sqrt(share)))
+                ratio = self.texture.layer_mean(self.layer, error) / mean
             self.texture.mean *= mean * ratio
             return ratio
         error = math.sqrt(np.sum((w * (phi - mean))**2)) / w.sum() / mean

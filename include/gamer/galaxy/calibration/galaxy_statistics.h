@@ -101,6 +101,9 @@ class GalaxyStatistics {
   std::size_t first_points() const;
   /// The relative error that the mean of component c's Phi at this footprint may have.
   double wanted_error(std::size_t c, double footprint) const;
+  /// That error for Component::texture_mean(), rounded down to a power of 2. Most changes of light
+  /// fractions thus measure nothing again.
+  double error_of_texture_mean(std::size_t c, double footprint) const;
   /// Component c's share of the galaxy's light; 1 for dust, and in galaxies with a star field.
   double share(std::size_t c) const;
   /// Writes the means of component c over its first cloud to `numbers`: value and error of each.
