@@ -389,7 +389,8 @@ class PageTest(unittest.TestCase):
         self.assertLess(len(self.browser.find_elements("css selector", ".scene-row")), 20)
         page.find(".scene-rows").send_keys(Keys.END)
         page.wait("studio.ui.row === 1999")
-        self.assertIn("2000", page.find(".scene-row[aria-selected=true]").text)
+        page.wait("document.querySelector('.scene-row[aria-selected=true]')"
+                  "?.textContent.includes('2000')")
         page.run("return studio.doc.editScene([{set: [1999, 'x', -1]}], 'x')")
         page.settle()
         self.assertTrue(page.value("studio.doc.scene").endswith("\nmine -1    0 0 0.1\n"))
