@@ -241,7 +241,7 @@ TEST(AssociationTexture, KeepsTheLight) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
     galaxies.push_back(parse_galaxy(text, settings_with(seed)));
   }
-  const std::vector<double> light = integrate(galaxies, {0.01, 400, 800, 16});
+  const std::vector<double> light = integrate(galaxies, {0.01, 800, 1600, 16});
   for (std::size_t g = 0; g < galaxies.size(); ++g) {
     EXPECT_NEAR(light[g] / galaxies[g]->luminosity(0), 1, 0.005) << g;
   }
