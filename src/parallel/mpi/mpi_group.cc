@@ -1,7 +1,6 @@
 #ifdef GAMER_HAVE_MPI
 
 #include "parallel/mpi/mpi_group.h"
-#include "core/message.h"
 
 #include <array>
 #include <cstdlib>
@@ -10,6 +9,7 @@
 #include <thread>
 #include <tuple>
 
+#include "core/message.h"
 #include "gamer/core/clock.h"
 #include "gamer/core/error.h"
 #include "parallel/mpi/follow.h"
@@ -303,6 +303,8 @@ std::string mpi_library_version() {
 }  // namespace gamer
 
 #else
+
+#include "parallel/rank_group.h"
 
 namespace gamer {
 
