@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-// Formatted texts: those of fmt, and errors with messages as of fmt::format().
+// Errors whose messages are formatted as by fmt::format().
 
 template <class... Values>
 InputError input_error(fmt::format_string<Values...> message, Values&&... values) {
