@@ -22,6 +22,9 @@ constexpr double cloud_margin = 1.5;
 // equal clumps times the factor `clump_spread`, since they differ in their light and in M.
 constexpr double level_error = 0.3;
 constexpr double clump_spread = 1.5;
+// Largest number of cells of a level whose clumps are looked for. Levels of more cells, with clumps
+// below a thousandth of the galaxy, count by their mean.
+constexpr double most_cells = 1 << 24;
 // Numbers of points of a clump.
 constexpr std::size_t fewest_points = 16;
 constexpr std::size_t most_points = 256;
@@ -107,7 +110,7 @@ class Mean {
       const double clumps = double{level.occupancy} / (level.side * level.side);
       const double chance = clump_spread * seen_of(level) / std::sqrt(clumps);
       const double excess = chance / (level_error * error_);
-      if (excess < 1) continue;
+      if (excess < 1 || 4 / (level.side * level.side) > most_cells) continue;
       const auto pairs = static_cast<std::size_t>(std::pow(excess, 1.5));
       const std::size_t points = std::clamp(2 * pairs, fewest_points, most_points);
       result += seen_of(level) * (mean_of_clumps(l, points) - octaves);

@@ -834,7 +834,7 @@ class Associations:
         for level in self.levels:
             clumps = level["occupancy"] / level["cell"]**2
             excess = 1.5 * level["share"] / math.sqrt(clumps) / (0.3 * error)
-            if excess >= 1:
+            if excess >= 1 and 4 / level["cell"]**2 <= 2**24:
                 points = min(max(2 * int(excess**1.5), 16), 256)
                 result += level["share"] * (self.mean_of_clumps(layer, level, points) - mean)
         return result
