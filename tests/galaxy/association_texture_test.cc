@@ -232,19 +232,24 @@ TEST(AssociationTexture, MeanIsOneAtEveryFootprint) {
   for (const double mean : sums) EXPECT_NEAR(mean, 1, 0.006);
 }
 
+/// Galaxies of this text and three seeds emit what their amplitudes say.
+void expect_light(const std::string& text, const LayerCells& cells, double tolerance) {
+  std::vector<std::shared_ptr<const Galaxy>> galaxies;
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    galaxies.push_back(parse_galaxy(text, settings_with(seed)));
+  }
+  const std::vector<double> light = integrate(galaxies, cells);
+  for (std::size_t g = 0; g < galaxies.size(); ++g) {
+    EXPECT_NEAR(light[g] / galaxies[g]->luminosity(0), 1, tolerance) << g;
+  }
+}
+
 // A component emits what its amplitude says, whatever its seed.
 TEST(AssociationTexture, KeepsTheLight) {
   const std::string text =
       "[arms]\nmodel = \"logarithmic\"\n[[component]]\nclass = \"associations\"\n"
       "sed = \"flat\"\nz0 = 0.01\narm_width = 4\nnumber = 1e4\nluminosity_range = 100\n";
-  std::vector<std::shared_ptr<const Galaxy>> galaxies;
-  for (const std::uint64_t seed : {1u, 2u, 3u}) {
-    galaxies.push_back(parse_galaxy(text, settings_with(seed)));
-  }
-  const std::vector<double> light = integrate(galaxies, {0.01, 800, 1600, 16});
-  for (std::size_t g = 0; g < galaxies.size(); ++g) {
-    EXPECT_NEAR(light[g] / galaxies[g]->luminosity(0), 1, 0.005) << g;
-  }
+  expect_light(text, {0.01, 800, 1600, 16}, 0.005);
 }
 
 // A few giant clumps have most of the light, and a cloud of points misses their cores.
@@ -254,14 +259,7 @@ TEST(AssociationTexture, KeepsTheLightOfFewClumps) {
       "break_radius = 0.6\nouter_rh = 0.12\nlopsidedness = 0.55\nnumber = 500\n"
       "largest = 0.085\nluminosity_slope = 1.75\nluminosity_range = 2000\n"
       "complex_size = 0.18\nclustering = 1.3\n";
-  std::vector<std::shared_ptr<const Galaxy>> galaxies;
-  for (const std::uint64_t seed : {1u, 2u, 3u}) {
-    galaxies.push_back(parse_galaxy(text, settings_with(seed)));
-  }
-  const std::vector<double> light = integrate(galaxies, {0.025, 800, 1600, 32});
-  for (std::size_t g = 0; g < galaxies.size(); ++g) {
-    EXPECT_NEAR(light[g] / galaxies[g]->luminosity(0), 1, 0.025) << g;
-  }
+  expect_light(text, {0.025, 800, 1600, 32}, 0.025);
 }
 
 // From frame to frame of a zoom nothing appears at once.
