@@ -12,7 +12,7 @@
 namespace gamer {
 namespace {
 
-// Distance of the rays, relative to those of an image.
+// Distance of the rays of galaxies that are not measured by those of the image, relative to these.
 constexpr double ray_distance = 1.5;
 
 void append(double number, std::string& text) { text += fmt::format(" {:a}", number); }
@@ -40,6 +40,7 @@ class AttenuationNames {
   Sed::Range band_;
   std::vector<double> wavelengths_;  ///< of the band's quadrature
   std::string common_;               ///< what all galaxies share
+  std::string pixels_;               ///< the places of the image's pixels in the sky
 };
 
 AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Camera& camera,
@@ -52,6 +53,11 @@ AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Cam
   for (const double number : nodes.weight) append(number, common_);
   append(parameters.sampling.tolerance, common_);
   append(camera.right(), common_);
+  const Camera whole = camera.with_window({0, 0, camera.width(), camera.height()});
+  if (camera.projection() == Projection::sky) {
+    for (const std::string& record : whole.wcs_records()) pixels_ += record;
+    pixels_ = digest(pixels_);
+  }
   for (const ParameterSection& section : render_parameter_sections()) {
     // A stamp has a view and images of its own.
     if (section.name == "image" || section.name == "camera" || section.name == "truth") continue;
@@ -82,6 +88,7 @@ void AttenuationNames::append_light(const Sed& sed, double redshift, std::string
 
 std::string AttenuationNames::name(const PlacedGalaxy& probe) const {
   std::string text = common_ + probe.galaxy->shape();
+  if (probe.has_fixed_flux) text += pixels_;
   append(camera_.towards(probe.centre), text);
   append(camera_.up_at(probe.centre), text);
   append(probe.centre, text);
@@ -104,33 +111,41 @@ std::string AttenuationNames::name(const PlacedGalaxy& probe) const {
 
 }  // namespace
 
-bool is_observed(const PlacedGalaxy& placed, const PhotometrySettings& photometry, PixelUnit unit) {
-  return unit != PixelUnit::relative && photometry.attenuated.value_or(!placed.is_absolute) &&
-         std::ranges::any_of(placed.galaxy->components(),
-                             [](const auto& component) { return component->absorbs(); });
+ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters& parameters,
+                             const Camera& camera, PixelUnit unit, bool is_draft) {
+  if (unit == PixelUnit::relative ||
+      !parameters.photometry.attenuated.value_or(!placed.is_absolute)) {
+    return ObservedLight::none;
+  }
+  if (!is_draft && can_fix_flux(placed, parameters, camera)) return ObservedLight::rays;
+  const bool has_dust = std::ranges::any_of(
+      placed.galaxy->components(), [](const auto& component) { return component->absorbs(); });
+  return has_dust ? ObservedLight::dust : ObservedLight::none;
 }
 
 FootprintRange attenuation_footprints(const RenderParameters& parameters) {
-  return measure_footprints(measure_accuracy(parameters, ray_distance));
+  return measure_footprints(parameters, ray_distance);
 }
 
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
-                       const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene,
-                       CalibrationMemory* memory) {
+                       const Bandpass& reference, bool is_draft, const Ranks& ranks, int threads,
+                       Scene& scene, CalibrationMemory* memory) {
   Spectrum band;
   band.planes = {
       {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
   band.igm = parameters.spectrum.igm;
   std::vector<PlacedGalaxy*> observed;
   for (PlacedGalaxy& placed : scene.galaxies) {
-    if (is_observed(placed, parameters.photometry, scene.unit)) observed.push_back(&placed);
+    const ObservedLight light = observed_light(placed, parameters, camera, scene.unit, is_draft);
+    if (light == ObservedLight::none) continue;
+    placed.has_fixed_flux = light == ObservedLight::rays;
+    observed.push_back(&placed);
   }
-  const Accuracy accuracy = measure_accuracy(parameters, ray_distance);
   const AttenuationNames names(parameters, camera, reference);
   const auto attenuation = [&](const PlacedGalaxy& probe, double& value) {
     const std::string name = memory != nullptr ? names.name(probe) : "";
     if (memory != nullptr && memory->recall(name, {&value, 1})) return;
-    value = measure(probe, parameters, accuracy, camera, band).attenuation.front();
+    value = measure(probe, parameters, camera, band, ray_distance).attenuation.front();
     if (memory != nullptr) memory->keep(name, {&value, 1});
   };
   const auto count = static_cast<int>(observed.size());

@@ -108,8 +108,7 @@ double truth_seconds(const RenderJob& job, double most_seconds) {
   for (; done < count && seconds < most_seconds; ++done) {
     const double share = std::fmod((static_cast<double>(done) + 0.5) * std::numbers::phi, 1.0);
     const auto place = static_cast<std::size_t>(share * static_cast<double>(galaxies.size()));
-    measure(galaxies[place], job.parameters, measure_accuracy(job.parameters), job.camera,
-            job.spectrum);
+    measure(galaxies[place], job.parameters, job.camera, job.spectrum);
     seconds = thread_seconds() - begin;
   }
   return seconds / static_cast<double>(done) * static_cast<double>(galaxies.size());

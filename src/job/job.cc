@@ -161,11 +161,10 @@ std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
   for (const PlacedGalaxy& placed : scene.galaxies) {
     FootprintRange range = GalaxyLibrary::draft_footprints();
     if (!is_draft) {
-      range = Renderer::footprints(parameters, camera, scene.unit, placed) |
-              measure_footprints(measure_accuracy(parameters));
-      if (is_observed(placed, parameters.photometry, scene.unit)) {
-        range = range | attenuation_footprints(parameters);
-      }
+      range = Renderer::footprints(parameters, camera, scene.unit, placed);
+      const ObservedLight light = observed_light(placed, parameters, camera, scene.unit, false);
+      if (light != ObservedLight::rays) range = range | measure_footprints(parameters);
+      if (light == ObservedLight::dust) range = range | attenuation_footprints(parameters);
     }
     range.sees_whole = draws_stars;
     const auto [known, is_new] = by_galaxy.try_emplace(placed.galaxy.get(), range);
@@ -202,9 +201,11 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   }
   pending.keep = library.keeper(pending.galaxies);
   const bool has_observed = std::ranges::any_of(scene->galaxies, [&](const auto& placed) {
-    return is_observed(placed, parameters.photometry, scene->unit);
+    return observed_light(placed, parameters, camera, scene->unit, library.measures_as_draft()) !=
+           ObservedLight::none;
   });
   pending.star_tone = measures_star_tone(parameters, *scene);
+  pending.is_draft = library.measures_as_draft();
   if (has_observed) pending.attenuation = load_reference_band(parameters, resources);
   RenderJob job{std::move(parameters), camera, std::move(spectrum),
                 std::move(scene),      {},     std::move(pending)};
@@ -217,8 +218,8 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
   measure_galaxies(pending.galaxies, pending.footprints, ranks, memory);
   if (pending.keep) pending.keep(pending.footprints);
   if (pending.attenuation != nullptr) {
-    apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene,
-                      memory);
+    apply_attenuation(job.parameters, job.camera, *pending.attenuation, pending.is_draft, ranks,
+                      threads, *job.scene, memory);
   }
   if (pending.star_tone) find_star_tone(job, ranks, threads);
 }

@@ -15,25 +15,6 @@
 #include "scene/other_columns.h"
 
 namespace gamer {
-namespace {
-
-/// Dust-free flux of a galaxy, in units of its brightness times scene units^2, in each plane.
-std::vector<double> free_flux(const PlacedGalaxy& placed, const Spectrum& spectrum,
-                              bool bulge_only) {
-  std::vector<double> flux(spectrum.planes.size(), 0.0);
-  const auto components = placed.galaxy->components();
-  for (std::size_t c = 0; c < components.size(); ++c) {
-    const Component& component = *components[c];
-    if (component.absorbs() || (bulge_only && !component.traits().is_bulge)) continue;
-    for (std::size_t p = 0; p < flux.size(); ++p) {
-      flux[p] += placed.galaxy->luminosity(c) * placed.radius * placed.radius *
-                 spectrum.planes[p].flux(*component.sed(), placed.redshift, spectrum.igm);
-    }
-  }
-  return flux;
-}
-
-}  // namespace
 
 void check_truth_table(const std::filesystem::path& path, const OutputOptions& image) {
   if (path.empty()) {
@@ -149,8 +130,7 @@ void TruthRows::describe_galaxy(const PlacedGalaxy& placed, std::span<double> ro
   row[inclination] = glm::degrees(std::acos(std::min(cosine, 1.0)));
   const double length = is_sky() ? arcsecond * glm::length(placed.centre) : 1;
   row[radius] = placed.radius / length;
-  const GalaxyMeasure measured =
-      measure(placed, job_.parameters, measure_accuracy(job_.parameters), camera, job_.spectrum);
+  const GalaxyMeasure measured = measure(placed, job_.parameters, camera, job_.spectrum);
   row[half_light_radius] = measured.half_light_radius / length;
   row[e1] = measured.e1;
   row[e2] = measured.e2;
@@ -160,14 +140,11 @@ void TruthRows::describe_galaxy(const PlacedGalaxy& placed, std::span<double> ro
 
 void TruthRows::describe_light(const PlacedGalaxy& placed, const GalaxyMeasure& measured,
                                std::span<double> row) const {
-  const std::vector<double> free = free_flux(placed, job_.spectrum, false);
-  const std::vector<double> bulge = free_flux(placed, job_.spectrum, true);
+  const std::vector<double> free = dust_free_flux(placed, job_.camera, job_.spectrum);
+  const std::vector<double> bulge = dust_free_flux(placed, job_.camera, job_.spectrum, true);
   row[bulge_to_total] = free.front() > 0 ? bulge.front() / free.front() : no_value;
-  const double distance = job_.camera.distance(placed.centre);
-  const bool has_angle = job_.camera.projection() != Projection::orthographic;
   for (std::size_t p = 0; p < planes(); ++p) {
-    double flux = placed.brightness * placed.magnification * free[p];
-    if (has_angle) flux /= distance * distance;
+    double flux = free[p];
     if (is_relative()) {
       const double wavelength = job_.spectrum.planes[p].wavelength;
       flux /= wavelength * wavelength;

@@ -20,6 +20,9 @@ constexpr int spread = 5;
 // The least sine of the angle between a view's up and the line of sight.
 constexpr double least_sine = 1e-6;
 
+// Largest half side, in pixels, of the window in which a galaxy's own rays are added up.
+constexpr double largest_window = 64;
+
 /// Side of the stamp, pixels. A pixel of a round galaxy's stamp is as wide as the distance of rays.
 /// Most pixels thus have one ray; cells refine the stamp where needed.
 int stamp_size(const Accuracy& accuracy) {
@@ -65,10 +68,64 @@ class RingSums {
   std::vector<double> sums_;
 };
 
-/// A view of one galaxy along the camera's line of sight, by parallel rays, just as wide as the
-/// galaxy.
-RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
-                            const Accuracy& accuracy, const Camera& camera) {
+/// The knobs for a stamp.
+Accuracy stamp_accuracy(const RenderParameters& parameters, double ray_distance) {
+  return Accuracy::from_tolerance(parameters.sampling.tolerance).for_sums(ray_distance);
+}
+
+/// The rays with which a galaxy is measured.
+struct View {
+  RenderParameters parameters;
+  Accuracy accuracy;
+  Camera camera;
+  glm::dvec2 centre;  ///< of the galaxy, pixels
+  double pixel;       ///< size, scene units
+  double area;        ///< of a pixel, as Camera::solid_angle()
+  glm::dvec2 north;   ///< change of a pixel's offset to the North, in pixels, along x and y
+  glm::dvec2 east;
+};
+
+/// Half of the side of the window that holds a galaxy, pixels.
+double half_window(const PlacedGalaxy& galaxy, const Camera& camera) {
+  const double shortest = camera.pixel_size(galaxy.centre) * camera.pixel_aspect();
+  return galaxy.bounding_radius / shortest + 2;
+}
+
+/// The pixels that show a galaxy.
+ImageRegion window_of(const PlacedGalaxy& galaxy, const Camera& camera) {
+  const glm::dvec2 centre = *camera.pixel(galaxy.centre);
+  const double half = half_window(galaxy, camera);
+  const int side = static_cast<int>(std::ceil(2 * half)) + 1;
+  return {static_cast<int>(std::floor(centre.x - half)),
+          static_cast<int>(std::floor(centre.y - half)), side, side};
+}
+
+/// The image's rays that meet the galaxy.
+View image_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
+                const Camera& camera) {
+  const glm::dvec2 centre = *camera.pixel(galaxy.centre);
+  const double pixel = camera.pixel_size(galaxy.centre);
+  const glm::dvec3 north = camera.up_at(galaxy.centre);
+  const glm::dvec3 east = glm::cross(camera.towards(galaxy.centre), north);
+  const auto direction = [&](double x, double y) {
+    return camera.ray(centre.x + x, centre.y + y)->direction;
+  };
+  const double scale = 0.5 * camera.distance(galaxy.centre) / pixel;
+  const glm::dvec3 along_x = scale * (direction(1, 0) - direction(-1, 0));
+  const glm::dvec3 along_y = scale * (direction(0, 1) - direction(0, -1));
+  return {parameters,
+          Accuracy::from_tolerance(parameters.sampling.tolerance),
+          camera.with_window(window_of(galaxy, camera)),
+          centre,
+          pixel,
+          camera.solid_angle(centre.x, centre.y),
+          {glm::dot(along_x, north), glm::dot(along_y, north)},
+          {glm::dot(along_x, east), glm::dot(along_y, east)}};
+}
+
+/// Parallel rays along the camera's line of sight, in a square just as wide as the galaxy.
+View stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
+                const Accuracy& accuracy, const Camera& camera) {
   RenderParameters view = parameters;
   view.width = view.height = stamp_size(accuracy);
   view.image.region.reset();
@@ -82,47 +139,77 @@ RenderParameters stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& 
   }
   view.camera.width = 2 * galaxy.bounding_radius;
   view.camera.supersample.reset();
-  // Stars count as smooth light.
-  view.sampling.stars_per_pixel = 0;
-  return view;
+  const double middle = 0.5 * (view.width - 1), pixel = view.camera.width / view.width;
+  const Camera stamp(view);
+  return {view, accuracy, stamp, {middle, middle}, pixel, pixel * pixel, {0, 1}, {-1, 0}};
 }
 
 }  // namespace
 
-Accuracy measure_accuracy(const RenderParameters& parameters, double ray_distance) {
-  return Accuracy::from_tolerance(parameters.sampling.tolerance).for_sums(ray_distance);
+std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& camera,
+                                   const Spectrum& spectrum, bool bulge_only) {
+  std::vector<double> flux(spectrum.planes.size(), 0.0);
+  double radius = galaxy.radius;
+  if (camera.projection() != Projection::orthographic) radius /= camera.distance(galaxy.centre);
+  const double scale = galaxy.brightness * galaxy.magnification * radius * radius;
+  const auto components = galaxy.galaxy->components();
+  for (std::size_t c = 0; c < components.size(); ++c) {
+    const Component& component = *components[c];
+    if (component.absorbs() || (bulge_only && !component.traits().is_bulge)) continue;
+    for (std::size_t p = 0; p < flux.size(); ++p) {
+      flux[p] += scale * galaxy.galaxy->luminosity(c) *
+                 spectrum.planes[p].flux(*component.sed(), galaxy.redshift, spectrum.igm);
+    }
+  }
+  return flux;
 }
 
-FootprintRange measure_footprints(const Accuracy& accuracy) {
+bool can_fix_flux(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
+                  const Camera& camera) {
+  if (camera.projection() != Projection::sky || parameters.camera.supersample) return false;
+  if (!camera.pixel(galaxy.centre) || !(half_window(galaxy, camera) < largest_window)) return false;
+  const ImageRegion window = window_of(galaxy, camera);
+  const auto shows_sky = [&](int x, int y) { return camera.ray(x, y).has_value(); };
+  return shows_sky(window.left, window.bottom) && shows_sky(window.right(), window.bottom) &&
+         shows_sky(window.left, window.top()) && shows_sky(window.right(), window.top());
+}
+
+FootprintRange measure_footprints(const RenderParameters& parameters, double ray_distance) {
   // The stamp of a round galaxy has the narrowest footprint.
+  const Accuracy accuracy = stamp_accuracy(parameters, ray_distance);
   const double widest = accuracy.widest_footprint;
   return {std::min(2.0 / stamp_size(accuracy), widest), widest};
 }
 
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
-                      const Accuracy& accuracy, const Camera& camera, const Spectrum& spectrum) {
+                      const Camera& camera, const Spectrum& spectrum, double ray_distance) {
   auto alone = std::make_shared<Scene>();
   alone->galaxies = {galaxy};
   alone->galaxies.front().object = 0;
   alone->objects = 1;
   alone->unit = PixelUnit::nanojansky;
-  const RenderParameters view = stamp_view(galaxy, parameters, accuracy, camera);
-  const Camera stamp(view);
+  View view = galaxy.has_fixed_flux ? image_view(galaxy, parameters, camera)
+                                    : stamp_view(galaxy, parameters,
+                                                 stamp_accuracy(parameters, ray_distance), camera);
+  // Stars count as smooth light.
+  view.parameters.sampling.stars_per_pixel = 0;
   TruthSettings images;
-  images.dust_free = true;
-  const Renderer renderer(view, accuracy, stamp, alone, spectrum, images);
+  images.dust_free = !galaxy.has_fixed_flux;
+  const Renderer renderer(view.parameters, view.accuracy, view.camera, alone, spectrum, images);
 
   const std::size_t planes = spectrum.planes.size();
   std::vector<double> seen(planes, 0.0), free(planes, 0.0);
-  RingSums rings(view.width / std::numbers::sqrt2 + 1);
+  const ImageRegion& window = view.camera.window();
+  RingSums rings(window.width / std::numbers::sqrt2 + 2);
   double sum = 0, north = 0, east = 0, nn = 0, ee = 0, ne = 0;
-  const double middle = 0.5 * (view.width - 1);
   renderer.sample_light([&](double x, double y, double area, std::span<const double> values) {
     for (std::size_t p = 0; p < planes; ++p) {
       seen[p] += values[p];
-      free[p] += values[planes + p];
+      if (images.dust_free) free[p] += values[planes + p];
     }
-    const double n = y - middle, e = middle - x, flux = values[0];
+    const glm::dvec2 offset = glm::dvec2(x, y) - view.centre;
+    const double n = glm::dot(view.north, offset), e = glm::dot(view.east, offset);
+    const double flux = values[0];
     if (flux > 0) rings.add(e, n, std::sqrt(area), flux);
     sum += flux;
     north += flux * n;
@@ -131,13 +218,17 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
     ee += flux * e * e;
     ne += flux * n * e;
   });
+  if (galaxy.has_fixed_flux) {
+    free = dust_free_flux(galaxy, camera, spectrum);
+    for (double& flux : seen) flux *= view.area;
+  }
   GalaxyMeasure result;
   for (std::size_t p = 0; p < planes; ++p) {
     result.attenuation.push_back(free[p] > 0 ? seen[p] / free[p] : 1.0);
   }
-  result.optical_depth = renderer.optical_depth(middle, middle);
+  result.optical_depth = renderer.optical_depth(view.centre.x, view.centre.y);
   if (!(sum > 0)) return result;
-  result.half_light_radius = rings.half_light_radius() * view.camera.width / view.width;
+  result.half_light_radius = rings.half_light_radius() * view.pixel;
   nn = nn / sum - north * north / (sum * sum);
   ee = ee / sum - east * east / (sum * sum);
   ne = ne / sum - north * east / (sum * sum);

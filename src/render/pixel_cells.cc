@@ -74,8 +74,6 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
                                           std::span<const int> galaxies) const {
   Coarseness result;
   const Accuracy& accuracy = medium_.accuracy();
-  const double finest = accuracy.ray_spacing * accuracy.widest_footprint;
-  const double at_edges = accuracy.edge_spacing * accuracy.widest_footprint;
   const bool is_parallel = camera_.projection() == Projection::orthographic;
   for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
@@ -84,6 +82,11 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
     const double across2 = glm::dot(offset, offset) - along * along;
     const double reach = placed.bounding_radius + size * camera_.pixel_size(placed.centre);
     if (across2 > reach * reach) continue;
+    const double spacing = placed.has_fixed_flux ? accuracy.fixed_flux_spacing : 1;
+    const double finest = spacing * accuracy.ray_spacing * accuracy.widest_footprint;
+    const double at_edges = spacing * accuracy.edge_spacing * accuracy.widest_footprint;
+    const double ray_size = std::sqrt(spacing) * accuracy.ray_size;
+    const double cell_size = std::sqrt(spacing) * accuracy.cell_size;
     const glm::dvec3 origin = placed.to_ball * offset;
     glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
@@ -106,19 +109,17 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
           std::clamp(std::sqrt(faint / scale.brightness), 1.0, accuracy.faint_spacing);
       least.envelope = std::min(least.envelope, std::sqrt(relief) * scale.envelope);
       least.edge = std::min(least.edge, scale.edge);
-      texture_ray =
-          std::min(texture_ray, relief * std::max(accuracy.ray_size * scale.texture, finest));
+      texture_ray = std::min(texture_ray, relief * std::max(ray_size * scale.texture, finest));
       texture_cell =
-          std::min(texture_cell, relief * std::max(accuracy.cell_size * scale.texture, 2 * finest));
+          std::min(texture_cell, relief * std::max(cell_size * scale.texture, 2 * finest));
     }
     // The length for which one ray suffices is `share` of the scale. `rays` is the number of rays
     // across such a length.
     const auto smooth = [&](double share, double rays) {
       return std::min(share * least.envelope, std::max(share * least.edge, rays * at_edges));
     };
-    const double whole = smooth(accuracy.cell_size, 2);
-    result.rays =
-        std::max(result.rays, length / std::min(smooth(accuracy.ray_size, 1), texture_ray));
+    const double whole = smooth(cell_size, 2);
+    result.rays = std::max(result.rays, length / std::min(smooth(ray_size, 1), texture_ray));
     result.parts = std::max(result.parts, length / std::min(whole, texture_cell));
     result.steepness = std::max(result.steepness, length / whole);
   }

@@ -244,18 +244,19 @@ void Renderer::count_pixels(int left, int right, int bottom, int top, RenderCoun
 
 void Renderer::sample_light(const std::function<void(double x, double y, double area,
                                                      std::span<const double> values)>& take) const {
-  const auto width = static_cast<std::size_t>(camera_.width());
+  const ImageRegion& window = camera_.window();
+  const auto width = static_cast<std::size_t>(window.width);
   RenderCounts counts;
   Workspace work;
   GalaxyIndex::Found near;
   std::vector<double> row(layout_.size() * width), values(layout_.size());
   LightSums sums(layout_, unit_factors_, width, row);
-  for (int y = 0; y < camera_.height(); ++y) {
-    const auto rays = index_.pixels(0, camera_.width(), y, y + 1);
+  for (int y = window.bottom; y < window.top(); ++y) {
+    const auto rays = index_.pixels(window.left, window.right(), y, y + 1);
     if (!rays) continue;
     index_.find(*rays, near);
-    aim(0, camera_.width(), y, work);
-    for (int x = 0; x < camera_.width(); ++x) place_samples(x, y, 0, near, work);
+    aim(window.left, window.right(), y, work);
+    for (int x = window.left; x < window.right(); ++x) place_samples(x, y, 0, near, work);
     // Each ray becomes a pixel of its own.
     for (std::size_t begin = 0; begin < work.samples.size(); begin += width) {
       check_cancelled();

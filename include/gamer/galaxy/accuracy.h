@@ -52,6 +52,9 @@ struct Accuracy {
   /// Distance of rays, in widest footprints, below which an edge needs no closer rays. Controls the
   /// light at the edges of bars.
   double edge_spacing;
+  /// Factor on the distance of rays in a galaxy whose flux is fixed by its own rays. The root of it
+  /// is a factor on ray_size and cell_size. Controls pixels and colours.
+  double fixed_flux_spacing;
   /// Relative error of a texture's mean over a galaxy, as if its sample points were independent.
   /// The points are spread evenly, so their error is up to four times smaller. Controls a galaxy's
   /// flux.
@@ -99,6 +102,7 @@ struct Accuracy {
             .ray_spacing = 0.8 * std::pow(rough, 0.2),
             .faint_spacing = std::pow(rough, 0.6),
             .edge_spacing = 0.8 * std::pow(rough, 0.2) * std::log10(rough),
+            .fixed_flux_spacing = std::max(4 * std::pow(std::min(t / 1e-3, 1e-3 / t), 0.3), 1.0),
             .mean_error = 0.003 * std::pow(rough, 0.3),
             .shares_closure = t > 3e-3};
   }

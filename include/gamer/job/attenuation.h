@@ -8,23 +8,32 @@
 
 namespace gamer {
 
-/// Whether the galaxy's magnitude includes dimming by its own dust. photometry.attenuated decides
-/// this; by default apparent magnitudes do. The result is false in relative images and for galaxies
-/// without dust.
-bool is_observed(const PlacedGalaxy& placed, const PhotometrySettings& photometry, PixelUnit unit);
+/// How a galaxy's magnitude includes what its own dust absorbs. photometry.attenuated decides
+/// whether it does; by default apparent magnitudes do.
+enum class ObservedLight {
+  none,  ///< not at all: in relative images, and for other galaxies without dust
+  dust,  ///< by the share of light that dust absorbs, as parallel rays measure it
+  rays   ///< the galaxy's rays in the image add up to its magnitude (PlacedGalaxy::has_fixed_flux)
+};
 
-/// The footprints of the rays of apply_attenuation().
+/// How a galaxy's magnitude includes dust. `unit` is that of the image. The light of drafts does
+/// not depend on their pixels.
+ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters& parameters,
+                             const Camera& camera, PixelUnit unit, bool is_draft);
+
+/// The footprints of the parallel rays of apply_attenuation().
 FootprintRange attenuation_footprints(const RenderParameters& parameters);
 
-/// Makes observed galaxies brighter by the light that their own dust absorbs in the reference band,
-/// which is at rest for absolute magnitudes. Their magnitudes then include dust. Every rank calls
-/// this function with an equal scene. Each galaxy is measured alone, once, in `threads` threads per
-/// rank, at sampling.tolerance. bench/survey_bench.py gives the errors of magnitudes.
+/// Divides the brightness of observed galaxies by the share of their light that is seen in the
+/// reference band, which is at rest for absolute magnitudes. Their magnitudes then include dust.
+/// Every rank calls this function with an equal scene. Each galaxy is measured alone, once, in
+/// `threads` threads per rank, at sampling.tolerance. bench/survey_bench.py gives the errors of
+/// magnitudes.
 ///
-/// A galaxy that `memory` knows from this side is not measured again. Only a process without other
-/// ranks may give a memory.
+/// A galaxy that `memory` knows from this side, or in these pixels, is not measured again. Only a
+/// process without other ranks may give a memory.
 void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
-                       const Bandpass& reference, const Ranks& ranks, int threads, Scene& scene,
-                       CalibrationMemory* memory = nullptr);
+                       const Bandpass& reference, bool is_draft, const Ranks& ranks, int threads,
+                       Scene& scene, CalibrationMemory* memory = nullptr);
 
 }  // namespace gamer

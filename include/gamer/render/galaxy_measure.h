@@ -6,10 +6,11 @@
 
 namespace gamer {
 
-/// Measured properties of one galaxy alone, dimmed only by its own dust. The rays are parallel to
-/// the line of sight.
+/// Measured properties of one galaxy alone, dimmed only by its own dust.
 struct GalaxyMeasure {
-  std::vector<double> attenuation;  ///< [plane] ratio of light with dust to light without dust
+  /// [plane] Ratio of light with dust to light without dust. Where the flux is fixed, the latter is
+  /// not that of the rays, but dust_free_flux().
+  std::vector<double> attenuation;
   double half_light_radius = 0;  ///< scene units; circle around the centre, first plane, with dust
   /// Ellipticity from second moments of the light of the first plane, with dust, about its
   /// centroid. With the axes N (up in the image) and E (left), e1 + i e2 = (Q_NN - Q_EE + 2 i
@@ -18,14 +19,23 @@ struct GalaxyMeasure {
   double optical_depth = 0;  ///< through the centre, first plane
 };
 
-/// The accuracy with which galaxies are measured at sampling.tolerance, by rays `ray_distance`
-/// times as far apart as those of an image.
-Accuracy measure_accuracy(const RenderParameters& parameters, double ray_distance = 2.5);
+/// The flux of a galaxy without its dust, [plane]: nJy, in orthographic views nJy times scene
+/// units^2. `bulge_only` leaves out all but the bulges.
+std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& camera,
+                                   const Spectrum& spectrum, bool bulge_only = false);
 
-/// The footprints of the rays with which galaxies are measured.
-FootprintRange measure_footprints(const Accuracy& accuracy);
+/// Whether a galaxy can be measured with its own rays in the image. It is whole in a sky view
+/// without a grid of rays, and not larger than 128 pixels.
+bool can_fix_flux(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
+                  const Camera& camera);
 
+/// The footprints of the rays with which a galaxy is measured, `ray_distance` times as far apart as
+/// those of an image. Galaxies of fixed flux need none but those of the image.
+FootprintRange measure_footprints(const RenderParameters& parameters, double ray_distance = 2.5);
+
+/// Measures a galaxy. Where its flux is fixed, rays are those of the image; else they are parallel
+/// to the line of sight, and `ray_distance` times as far apart.
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
-                      const Accuracy& accuracy, const Camera& camera, const Spectrum& spectrum);
+                      const Camera& camera, const Spectrum& spectrum, double ray_distance = 2.5);
 
 }  // namespace gamer

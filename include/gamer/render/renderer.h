@@ -56,7 +56,7 @@ class Renderer {
   /// Renders the pixels [left, right) x [bottom, top) and adds the work to `counts`.
   void count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const;
 
-  /// Calls the function for every ray of the whole image, which has no region. Arguments are the
+  /// Calls the function for every ray of the camera's window. Arguments are the
   /// ray's pixel coordinates (from 0), its area (pixels), and its light in each output that is an
   /// image. The light is in the scene's unit of brightness times the area.
   void sample_light(const std::function<void(double x, double y, double area,

@@ -46,6 +46,8 @@ struct PlacedGalaxy {
   /// SpectralBasis::weights() times the integral of the emissivity along a ray, in galaxy radii.
   double brightness = 1;
   bool is_absolute = false;  ///< whether its magnitude is absolute
+  /// Whether its brightness was set so that its rays in this image add up to its magnitude.
+  bool has_fixed_flux = false;
   /// Radius of a sphere around `centre` that holds the stretched ball, scene units.
   double bounding_radius = 1;
   /// Half-light radius along the major axis, lensing included, scene units; 0 unless the sizes of
