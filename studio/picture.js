@@ -5,6 +5,7 @@
 import {automaticTone, steepnessOf} from './stretch.js';
 import * as shaders from './shaders.js';
 import {kernelLength} from './seeing.js';
+import {sizeTo} from './dom.js';
 
 // A texel has four planes, and the shader of the sum so many texels for a pixel.
 const planesPerTexel = 4, mostTexels = 48;
@@ -252,7 +253,7 @@ export class Picture {
     const {canvas} = this;
     const isLarge = room !== null && size[0] * size[1] > mostPixels * room[0] * room[1];
     const [width, height] = isLarge ? room : size;
-    if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+    sizeTo(canvas, width, height);
     canvas.style.imageRendering = look.pixels ? 'pixelated' : 'auto';
     this.stretch(channels, [width, height], tone, look, isLarge && !look.pixels);
   }
