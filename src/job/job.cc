@@ -204,6 +204,7 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   const bool has_observed = std::ranges::any_of(scene->galaxies, [&](const auto& placed) {
     return is_observed(placed, parameters.photometry, scene->unit);
   });
+  pending.is_draft = library.measures_as_draft();
   pending.star_tone = measures_star_tone(parameters, *scene);
   if (has_observed) pending.attenuation = load_reference_band(parameters, resources);
   RenderJob job{std::move(parameters), camera, std::move(spectrum),
@@ -217,7 +218,10 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
   measure_galaxies(pending.galaxies, pending.footprints, ranks, memory);
   if (pending.keep) pending.keep(pending.footprints);
   if (pending.attenuation != nullptr) {
-    apply_attenuation(job.parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene,
+    // Views of a galaxy at coarse tolerances share one measurement.
+    const RenderParameters parameters =
+        pending.is_draft ? GalaxyLibrary::draft_accuracy(job.parameters) : job.parameters;
+    apply_attenuation(parameters, job.camera, *pending.attenuation, ranks, threads, *job.scene,
                       memory);
   }
   if (pending.star_tone) find_star_tone(job, ranks, threads);
