@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Latencies of gstudio's page in a headless Chromium that draws without a GPU, as docs/studio.md shows them.
 
-Each time goes from an event of the page (a slider moved, the pointer moved) to the picture drawn. A pixel is then read
-back, for which the browser has to end its work. Browser and server share the cores. Where other programs run, the least
+Each time goes from an event of the page (the pointer moved, an edit) to the picture drawn, or from one picture to the
+next while a slider moves. A pixel is then read back, for which the browser has to end its work. Browser and server share the cores. Where other programs run, the least
 time is nearer to that of an idle machine than the median.
 
     bench/studio_page_bench.py [GSTUDIO GAMER] | scripts/put-tables.py docs/studio.md
@@ -42,27 +42,41 @@ FUNCTIONS = """
       pointerId: 1, isPrimary: true, button: 0, buttons: type === 'pointerup' ? 0 : 1, clientX: x, clientY: y, bubbles: true}));
   const middle = () => { const box = canvas.getBoundingClientRect(); return [box.left + box.width / 2, box.top + box.height / 2]; };
   canvas.setPointerCapture = canvas.releasePointerCapture = () => {};
+  // Median interval between two pictures while `change(i)` is called for each frame of the screen.
+  const between = async (change) => {
+    const ends = [];
+    stage.ondraw(() => ends.push(performance.now()));
+    for (let i = 0; i <= 30; ++i) {
+      await new Promise(requestAnimationFrame);
+      change(i);
+    }
+    await untilDrawn();
+    stage.listeners.pop();
+    const intervals = ends.slice(1).map((end, i) => end - ends[i]).sort((a, b) => a - b);
+    return intervals[Math.floor(intervals.length / 2)];
+  };
+  const light = () => components.components.findIndex((one) => typeof one.values.fraction === 'number');
+  const shares = (i) => [{set: [light(), 'fraction', 0.05 + 0.01 * i]}];
+  const timed = (work) => {
+    finish();
+    const begin = performance.now();
+    work();
+    picture.draw(ui.tone, {...ui.look, exposure: 0.01}, stage.seeing());
+    finish();
+    return performance.now() - begin;
+  };
   globalThis.bench = {
     final,
-    async stretch(i) {
-      const begin = performance.now(), end = untilDrawn();
+    stretch: () => between((i) => {
       ui.look.exposure = 0.01 * i;
       ui.look.auto = false;
       ui.say('look');
-      return await end - begin;
-    },
-    async drawing(i) {
-      finish();
-      const begin = performance.now();
-      picture.draw(ui.tone, {...ui.look, exposure: 0.01 * i}, stage.seeing());
-      finish();
-      return performance.now() - begin;
-    },
-    async share(i) {
-      const light = components.components.findIndex((one) => typeof one.values.fraction === 'number');
-      const begin = performance.now(), end = untilDrawn();
-      preview.showShares([{set: [light, 'fraction', 0.05 + 0.01 * i]}]);
-      return await end - begin;
+    }),
+    share: () => between((i) => preview.showShares(shares(i))),
+    drawing: async () => timed(() => {}),
+    async sharing(i) {
+      preview.shares = shares(i);
+      return timed(() => preview.weigh());
     },
     async orbit(i) {
       const [x, y] = middle();
@@ -111,8 +125,9 @@ FUNCTIONS = """
 """
 
 # What is measured, the function of the page, and how many times.
-WHAT = (("a change of the stretch", "stretch", 30), ("the drawing of the picture alone", "drawing", 30),
-        ("a change of the shares of light", "share", 30), ("orbit, to the first frame", "orbit", 8),
+WHAT = (("the drawing of the picture alone", "drawing", 30), ("the same with other shares of light", "sharing", 30),
+        ("a slider of the stretch, from picture to picture", "stretch", 5),
+        ("a slider of a share, from picture to picture", "share", 5), ("orbit, to the first frame", "orbit", 8),
         ("orbit, from frame to frame", "drag", 3), ("a noise parameter of the disk", "parameter", 8),
         (f"{SIDE} x {SIDE} at tolerance {TOLERANCE:g}, by way of the coarse levels", "whole", 3))
 

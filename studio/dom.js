@@ -16,6 +16,14 @@ export function h(name, properties = {}, ...children) {
 
 export const $ = (id) => document.getElementById(id);
 
+/// Gives a canvas a size, unless it has it.
+export function sizeTo(canvas, width, height) {
+  if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
+}
+
+/// The context of a small drawing, which the processor makes: that takes less than to prepare a GPU.
+export const flatInk = (canvas) => canvas.getContext('2d', {willReadFrequently: true});
+
 const paths = {
   add: 'M8 3v10M3 8h10',
   clone: 'M6 6h7v7H6zM3 10V3h7',

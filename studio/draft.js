@@ -155,9 +155,8 @@ export class Draft extends EventTarget {
   }
 
   draw(tone, look) {
-    const {canvas} = this.picture, longest = Math.max(canvas.width, canvas.height);
-    const part = Math.min(this.side / longest, 1);
-    const sides = [canvas.width, canvas.height].map((side) => Math.max(Math.round(side * part), 1));
+    const {room} = this.picture, part = Math.min(this.side / Math.max(...room), 1);
+    const sides = room.map((side) => Math.max(Math.round(side * part), 1));
     this.march(this.ui.camera, ...sides);
     this.picture.paint(this.target, sides, tone, look);
   }

@@ -94,13 +94,8 @@ export class Files {
   exportShown() {
     const {canvas, picture, ui, doc, stage} = this.app;
     if (!picture.frame) return;
-    const {width, height} = picture.frame.header, before = [canvas.width, canvas.height];
-    [canvas.width, canvas.height] = [width, height];
-    picture.draw(ui.tone, ui.look, stage.seeing());
-    canvas.toBlob((blob) => {
-      download(blob, `${doc.chosen}.png`);
-      [canvas.width, canvas.height] = before;
-      stage.draw();
-    });
+    picture.draw(ui.tone, ui.look, stage.seeing(), null);
+    canvas.toBlob((blob) => download(blob, `${doc.chosen}.png`));
+    stage.draw();
   }
 }

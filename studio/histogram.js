@@ -1,6 +1,6 @@
 // Histogram of the channels' light, with handles for black and white and the curve of the stretch.
 
-import {h} from './dom.js';
+import {flatInk, h, sizeTo} from './dom.js';
 import {level} from './stretch.js';
 import {text} from './scale.js';
 
@@ -85,13 +85,20 @@ export class Histogram {
     this.draw();
   }
 
+  /// Draws, unless all is as it was drawn.
   draw() {
     const {ui} = this.app, box = this.canvas.getBoundingClientRect();
     if (!ui.tone || !this.counts || box.width === 0) return;
     const ratio = window.devicePixelRatio || 1;
-    const width = this.canvas.width = Math.round(box.width * ratio);
-    const height = this.canvas.height = Math.round(box.height * ratio);
-    const ink = this.canvas.getContext('2d');
+    const size = [box.width, box.height].map((side) => Math.round(side * ratio));
+    const {mode, black, white, slope, gamma} = ui.look, {tone} = ui;
+    const key = [...size, mode, black, white, slope, gamma, tone.slope, tone.white].join();
+    if (key === this.drawn?.key && this.counts === this.drawn.counts) return;
+    this.drawn = {key, counts: this.counts};
+    const [width, height] = size;
+    sizeTo(this.canvas, width, height);
+    const ink = flatInk(this.canvas);
+    ink.clearRect(0, 0, width, height);
     ink.globalCompositeOperation = 'lighter';
     const colours = this.counts.length === 1 ? ['#5d6269'] : ['#6e2b28', '#27582f', '#273f74'];
     const most = Math.max(...this.counts.flatMap((count) => [...count.subarray(1)]), 1);

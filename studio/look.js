@@ -70,6 +70,9 @@ export class LookPanel {
     for (const row of this.rows) {
       const name = row.declared.name;
       if (name === 'noise') row.declared.soft_max = Number((0.02 * tone.white).toPrecision(2));
+      const key = `${values[name]}/${first[name]}/${row.declared.soft_max}`;
+      if (key === row.shown && !row.element.contains(document.activeElement)) continue;
+      row.shown = key;
       row.show({value: values[name], first: first[name], given: false});
     }
     this.showChannels();

@@ -1,18 +1,37 @@
 // The picture: float planes in a WebGL2 canvas. Planes are summed to three channels with a weight
-// for each plane and channel, then stretched. No change of weights or stretch needs the server.
+// for each plane and channel, then stretched. No change of weights or stretch needs the server. The
+// canvas has the pixels of the picture, and the browser scales them to their place in the page.
 
-import {automaticTone, modes, steepnessOf} from './stretch.js';
+import {automaticTone, steepnessOf} from './stretch.js';
 import * as shaders from './shaders.js';
 import {kernelLength} from './seeing.js';
+import {sizeTo} from './dom.js';
 
-// Pixels of a texture, relative to those of the canvas, of which two passes are faster than one.
-const mostColoured = 0.7;
+// A texel has four planes, and the shader of the sum so many texels for a pixel.
+const planesPerTexel = 4, mostTexels = 48;
+// Pixels of the canvas, relative to those of the screen that show it.
+const mostPixels = 2;
+
+/// The planes of `count` pixels, texel by texel, numbers that are not finite as 0. `values` has plane
+/// after plane.
+export function packTexels(values, count, texel) {
+  const packed = new Float32Array(planesPerTexel * count);
+  const end = Math.min(planesPerTexel * (texel + 1), values.length / count);
+  for (let plane = planesPerTexel * texel; plane < end; ++plane) {
+    const from = values.subarray(plane * count, (plane + 1) * count);
+    for (let i = 0, to = plane % planesPerTexel; i < count; ++i, to += planesPerTexel) {
+      packed[to] = Number.isFinite(from[i]) ? from[i] : 0;
+    }
+  }
+  return packed;
+}
 
 export class Picture {
   /// Throws Error where the browser has no WebGL2.
   constructor(canvas) {
     this.canvas = canvas;
     this.frame = null;
+    this.room = null;  // pixels of the screen that show the canvas; null for those of the frame
     canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
     canvas.addEventListener('webglcontextrestored', () => {
       this.begin();
@@ -23,12 +42,11 @@ export class Picture {
   }
 
   begin() {
-    const gl = this.canvas.getContext('webgl2', {alpha: false, antialias: false, preserveDrawingBuffer: true});
+    const gl = this.canvas.getContext('webgl2', {alpha: false, antialias: false});
     if (!gl) throw new Error('This browser has no WebGL2, which draws the picture.');
     this.gl = gl;
     this.onGpu = gl.getExtension('EXT_color_buffer_float') !== null;
-    this.stretching = this.program(shaders.stretch);
-    this.summing = this.onGpu ? this.program(shaders.sum) : null;
+    this.programs = new Map();  // by text
     this.seeing = this.onGpu ? this.program(shaders.seeing.replace('KERNEL_LENGTH', kernelLength)) : null;
     const corners = gl.createBuffer();
     gl.bindBuffer(gl.ARRAY_BUFFER, corners);
@@ -36,10 +54,8 @@ export class Picture {
     gl.enableVertexAttribArray(0);
     gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
     this.planes = gl.createTexture();
-    this.weights = this.nearest(gl.TEXTURE_2D);
     this.channels = this.nearest(gl.TEXTURE_2D);
     this.blurred = [0, 1].map(() => this.nearest(gl.TEXTURE_2D));
-    this.colours = null;
     this.target = gl.createFramebuffer();
   }
 
@@ -64,6 +80,12 @@ export class Picture {
     return {program, places};
   }
 
+  /// The program of a text, which is made once.
+  programOf(fragment) {
+    if (!this.programs.has(fragment)) this.programs.set(fragment, this.program(fragment));
+    return this.programs.get(fragment);
+  }
+
   nearest(kind) {
     const gl = this.gl, texture = gl.createTexture();
     gl.bindTexture(kind, texture);
@@ -76,28 +98,37 @@ export class Picture {
   setFrame(frame) {
     const gl = this.gl, {width, height, planes} = frame.header;
     this.frame = frame;
+    this.texels = Math.ceil(planes.length / planesPerTexel);
+    this.sumsOnGpu = this.onGpu && this.texels <= mostTexels;
     this.isSummed = false;
     this.read = null;
     if (!this.onGpu) return;
-    gl.deleteTexture(this.planes);
-    this.planes = this.nearest(gl.TEXTURE_2D_ARRAY);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, gl.R32F, width, height, planes.length, 0, gl.RED, gl.FLOAT, frame.values);
     for (const texture of [this.channels, ...this.blurred]) {
       gl.bindTexture(gl.TEXTURE_2D, texture);
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, null);
     }
+    gl.deleteTexture(this.planes);
+    if (!this.sumsOnGpu) return;
+    this.planes = this.nearest(gl.TEXTURE_2D_ARRAY);
+    gl.texStorage3D(gl.TEXTURE_2D_ARRAY, 1, gl.RGBA32F, width, height, this.texels);
+    this.putRows(0, height, frame.values);
   }
 
   /// Takes rows of the frame that have changed, as a strip (strips.js) brings them.
   setRows({header: {row, rows}, values}) {
-    const gl = this.gl, {width, planes} = this.frame.header;
     this.isSummed = false;
     this.read = null;
-    if (!this.onGpu) return;
+    if (this.sumsOnGpu) this.putRows(row, rows, values);
+  }
+
+  putRows(row, rows, values) {
+    const gl = this.gl, {width} = this.frame.header;
     gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.planes);
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 4);
-    gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, row, 0, width, rows, planes.length, gl.RED, gl.FLOAT, values);
+    for (let texel = 0; texel < this.texels; ++texel) {
+      gl.texSubImage3D(gl.TEXTURE_2D_ARRAY, 0, 0, row, texel, width, rows, 1, gl.RGBA, gl.FLOAT,
+                       packTexels(values, width * rows, texel));
+    }
   }
 
   /// Takes the weights [red, green, blue] of each plane.
@@ -115,24 +146,21 @@ export class Picture {
     const gl = this.gl, {width, height} = this.frame.header;
     this.isSummed = true;
     gl.bindTexture(gl.TEXTURE_2D, this.channels);
-    if (!this.onGpu) {
+    if (!this.sumsOnGpu) {
       this.read = this.sumHere();
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, this.read);
       return;
     }
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.channels, 0);
-    gl.bindTexture(gl.TEXTURE_2D, this.weights);
-    const list = new Float32Array(this.weightList.flatMap((weight) => [...weight, 0]));
-    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, this.weightList.length, 1, 0, gl.RGBA, gl.FLOAT, list);
-    const {program, places} = this.summing;
+    const {program, places} = this.programOf(shaders.sum(this.texels));
     gl.useProgram(program);
-    gl.activeTexture(gl.TEXTURE1);
-    gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.planes);
     gl.activeTexture(gl.TEXTURE0);
-    gl.uniform1i(places.weights, 0);
-    gl.uniform1i(places.planes, 1);
-    gl.uniform1i(places.count, this.weightList.length);
+    gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.planes);
+    gl.uniform1i(places.planes, 0);
+    const weights = new Float32Array(3 * planesPerTexel * this.texels);
+    weights.set(this.weightList.flat());
+    gl.uniformMatrix4x3fv(places['weights[0]'], false, weights);
     gl.viewport(0, 0, width, height);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
@@ -160,7 +188,7 @@ export class Picture {
     return this.blurred[1];
   }
 
-  /// The sums where the browser cannot draw into floats.
+  /// The sums where the browser cannot draw into floats, or where the planes are too many.
   sumHere() {
     const {width, height} = this.frame.header;
     const sums = new Float32Array(4 * width * height);
@@ -211,65 +239,49 @@ export class Picture {
     return automaticTone(channels, this.frame.header.width);
   }
 
-  /// Draws with a tone and a look (stretch.js) at the canvas's size, with PSF and noise or without.
-  draw(tone, look, seeing = null) {
+  /// Draws with a tone and a look (stretch.js) for a room of pixels, with PSF and noise or without.
+  draw(tone, look, seeing = null, room = this.room) {
     if (!this.frame || this.gl.isContextLost()) return;
     this.sumUp();
     const {width, height} = this.frame.header;
-    this.paint(this.seen(seeing), [width, height], tone, look);
+    this.paint(this.seen(seeing), [width, height], tone, look, room);
   }
 
-  /// Draws the channels of a texture of a size. Where the canvas has far more pixels, those of the
-  /// texture become colours, and the colours are interpolated; else the light is.
-  paint(channels, size, tone, look) {
-    const gl = this.gl, shown = [this.canvas.width, this.canvas.height];
-    if (size[0] * size[1] > mostColoured * shown[0] * shown[1]) {
-      this.stretch(channels, shown, tone, look, !look.pixels && size.join() !== shown.join());
-      return;
-    }
-    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.coloursOf(size), 0);
-    this.stretch(channels, size, tone, look, false);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, this.target);
-    gl.blitFramebuffer(0, 0, ...size, 0, 0, ...shown, gl.COLOR_BUFFER_BIT, look.pixels ? gl.NEAREST : gl.LINEAR);
-    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, null);
-  }
-
-  /// A texture of colours of a size.
-  coloursOf(size) {
-    const gl = this.gl;
-    if (this.colours?.size.join() === size.join()) return this.colours.texture;
-    if (this.colours) gl.deleteTexture(this.colours.texture);
-    this.colours = {texture: this.nearest(gl.TEXTURE_2D), size: [...size]};
-    gl.texStorage2D(gl.TEXTURE_2D, 1, gl.RGBA8, ...size);
-    return this.colours.texture;
+  /// Draws the channels of a texture of a size. Where the room has far fewer pixels, so has the
+  /// canvas, and the light is interpolated.
+  paint(channels, size, tone, look, room = this.room) {
+    const {canvas} = this;
+    const isLarge = room !== null && size[0] * size[1] > mostPixels * room[0] * room[1];
+    const [width, height] = isLarge ? room : size;
+    sizeTo(canvas, width, height);
+    canvas.style.imageRendering = look.pixels ? 'pixelated' : 'auto';
+    this.stretch(channels, [width, height], tone, look, isLarge && !look.pixels);
   }
 
   /// Makes colours of the channels of a texture, of so many pixels.
   stretch(channels, size, tone, look, isSmoothed) {
-    const gl = this.gl, {program, places} = this.stretching;
+    const gl = this.gl, {mode, gamma, saturation} = look;
+    const {program, places} = this.programOf(shaders.stretch(
+        {mode, smoothed: isSmoothed, gamma: gamma !== 1, saturation: saturation !== 1}));
     gl.useProgram(program);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D, channels);
     gl.uniform1i(places.channels, 0);
     gl.uniform3fv(places.black, tone.black);
     gl.uniform3fv(places.factor, tone.factor);
-    gl.uniform1i(places.mode, modes.indexOf(look.mode));
     gl.uniform1f(places.slope, look.slope);
     const white = Math.max(look.white - look.black, 0);
     gl.uniform1f(places.white, white);
-    gl.uniform1f(places.steepness, steepnessOf(look.mode, look.slope * white));
+    gl.uniform1f(places.steepness, steepnessOf(mode, look.slope * white));
     gl.uniform1f(places.handle, look.black);
     gl.uniform1f(places.gain, 2 ** look.exposure);
-    gl.uniform1f(places.gamma, look.gamma);
-    gl.uniform1f(places.saturation, look.saturation);
-    gl.uniform1i(places.smoothed, isSmoothed ? 1 : 0);
+    gl.uniform1f(places.gamma, gamma);
+    gl.uniform1f(places.saturation, saturation);
     gl.viewport(0, 0, ...size);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  /// The bytes that are shown, RGBA from the bottom.
+  /// The bytes that were drawn in this task, RGBA from the bottom.
   shown() {
     const gl = this.gl, {width, height} = this.canvas;
     const bytes = new Uint8Array(4 * width * height);

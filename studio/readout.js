@@ -1,6 +1,6 @@
 // The strip below the picture: value, place and sky position under the cursor, and the colour bar.
 
-import {$} from './dom.js';
+import {$, flatInk, sizeTo} from './dom.js';
 import {colour, lightOf} from './stretch.js';
 import {text} from './scale.js';
 import {pointAt} from './view.js';
@@ -61,8 +61,14 @@ export class Readout {
     const {ui, picture} = this.app, bar = $('colour-bar'), box = bar.getBoundingClientRect();
     if (!ui.tone || box.width === 0) return;
     const ratio = window.devicePixelRatio || 1;
-    const width = bar.width = Math.round(box.width * ratio), height = bar.height = Math.round(box.height * ratio);
-    const ink = bar.getContext('2d'), {tone, look} = ui;
+    const [width, height] = [box.width, box.height].map((side) => Math.round(side * ratio)), {tone, look} = ui;
+    const unit = picture.frame?.header.planes[0].unit ?? '';
+    const key = JSON.stringify([width, height, tone, look, unit]);
+    if (key === this.drawn) return;
+    this.drawn = key;
+    sizeTo(bar, width, height);
+    const ink = flatInk(bar);
+    ink.clearRect(0, 0, width, height);
     const shape = look.mode === 'lupton' ? 'asinh' : look.mode;
     const gain = 2 ** look.exposure;
     const light = (place) => (lightOf(shape, place ** look.gamma, look.slope, look.white - look.black) + look.black) / gain;
@@ -74,7 +80,6 @@ export class Readout {
     }
     ink.font = `${10 * ratio}px system-ui, sans-serif`;
     ink.fillStyle = '#9a9da3';
-    const unit = picture.frame?.header.planes[0].unit ?? '';
     [0, 1 / 3, 2 / 3, 1].forEach((place) => {
       ink.textAlign = place === 0 ? 'left' : place === 1 ? 'right' : 'center';
       const value = light(place) / tone.factor[1] + tone.black[1];

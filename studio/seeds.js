@@ -104,7 +104,6 @@ export class Seeds {
     const [width, height, rough] = preview.sized(tile, tolerance);
     const frame = await this.render({...fields, planes: 'image', muted: preview.muted(doc.model, true), sizes: [[width, height, rough]]});
     this.picture ??= new Picture(h('canvas'));
-    [this.picture.canvas.width, this.picture.canvas.height] = [width, height];
     this.picture.setFrame(frame);
     this.picture.setWeights(planeWeights(frame.header, ui.channels, () => 1));
     this.picture.draw(ui.tone, ui.look);

@@ -1,5 +1,6 @@
-// The shaders of picture.js. `sum` adds planes to three channels, `stretch` makes colours of them;
-// its formulas are those of stretch.js.
+// The shaders of picture.js. sum() adds planes to three channels, stretch() makes colours of them;
+// its formulas are those of stretch.js. Both are written for what they are used for: without a GPU
+// branches and loops cost several times the arithmetic.
 
 export const square = `#version 300 es
 in vec2 corner;
@@ -9,23 +10,17 @@ void main() {
   gl_Position = vec4(corner, 0.0, 1.0);
 }`;
 
-export const sum = `#version 300 es
+/// `texels` texels of four planes each, with weights of the planes in three channels.
+export const sum = (texels) => `#version 300 es
 precision highp float;
 precision highp sampler2DArray;
 uniform sampler2DArray planes;
-uniform sampler2D weights;
-uniform int count;
+uniform mat4x3 weights[${texels}];
 in vec2 place;
 out vec4 light;
 void main() {
-  ivec2 pixel = ivec2(gl_FragCoord.xy);
   vec3 channels = vec3(0.0);
-  for (int i = 0; i < count; ++i) {
-    float value = texelFetch(planes, ivec3(pixel, i), 0).r;
-    if (!isnan(value) && !isinf(value)) {
-      channels += texelFetch(weights, ivec2(i, 0), 0).rgb * value;
-    }
-  }
+  ${Array.from({length: texels}, (_, i) => `channels += weights[${i}] * texture(planes, vec3(place, ${i}));`).join('\n  ')}
   light = vec4(channels, 1.0);
 }`;
 
@@ -69,13 +64,20 @@ void main() {
   light = vec4(sum, 1.0);
 }`;
 
-export const stretch = `#version 300 es
+/// The stretch of a mode (stretch.js). Light between pixels is interpolated where it is `smoothed`.
+/// Without `gamma` and `saturation` these are 1.
+export const stretch = ({mode, smoothed, gamma, saturation}) => `#version 300 es
 precision highp float;
 precision highp sampler2D;
+#define LUPTON ${mode === 'lupton' ? 1 : 0}
+#define LOG ${mode === 'log' ? 1 : 0}
+#define LINEAR ${mode === 'linear' ? 1 : 0}
+#define SMOOTHED ${smoothed ? 1 : 0}
+#define GAMMA ${gamma ? 1 : 0}
+#define SATURATION ${saturation ? 1 : 0}
 uniform sampler2D channels;
 uniform vec3 black;
 uniform vec3 factor;
-uniform int mode;        // 0 lupton, 1 asinh, 2 log, 3 linear
 uniform float slope;
 uniform float white;
 uniform float steepness; // log(1 + slope white) or asinh(slope white); 0 for a straight line
@@ -83,7 +85,6 @@ uniform float handle;    // the black handle
 uniform float gain;
 uniform float gamma;
 uniform float saturation;
-uniform bool smoothed;
 in vec2 place;
 out vec4 colour;
 
@@ -92,17 +93,17 @@ float inverse_sinh(float x) {
   return x < 1e-2 ? x - x * x * x / 6.0 : log(x + sqrt(x * x + 1.0));
 }
 
-float level(int shape, float value) {
+float level(float value) {
   if (!(white > 0.0)) return 0.0;
-  if (!(steepness > 0.0)) return value / white;
-  return (shape == 2 ? log(1.0 + slope * value) : inverse_sinh(slope * value)) / steepness;
+#if !LINEAR
+  if (steepness > 0.0) return (LOG == 1 ? log(1.0 + slope * value) : inverse_sinh(slope * value)) / steepness;
+#endif
+  return value / white;
 }
 
 vec3 light_at(vec2 at) {
+#if SMOOTHED
   ivec2 size = textureSize(channels, 0);
-  if (!smoothed) {
-    return texelFetch(channels, clamp(ivec2(floor(at * vec2(size))), ivec2(0), size - 1), 0).rgb;
-  }
   vec2 from = at * vec2(size) - 0.5;
   ivec2 low = ivec2(floor(from));
   vec2 part = from - vec2(low);
@@ -111,22 +112,26 @@ vec3 light_at(vec2 at) {
   vec3 bottom = mix(texelFetch(channels, a, 0).rgb, texelFetch(channels, ivec2(b.x, a.y), 0).rgb, part.x);
   vec3 top = mix(texelFetch(channels, ivec2(a.x, b.y), 0).rgb, texelFetch(channels, b, 0).rgb, part.x);
   return mix(bottom, top, part.y);
+#else
+  return texture(channels, at).rgb;
+#endif
 }
 
 void main() {
   vec3 light = max(max(light_at(place) - black, 0.0) * factor * gain - handle, 0.0);
-  if (saturation != 1.0) {
-    float mean = (light.r + light.g + light.b) / 3.0;
-    light = max(mean + saturation * (light - mean), 0.0);
-  }
-  vec3 shown;
-  if (mode == 0) {
-    float intensity = (light.r + light.g + light.b) / 3.0;
-    shown = intensity > 0.0 ? light * (level(1, intensity) / intensity) : vec3(0.0);
-    shown /= max(max(shown.r, max(shown.g, shown.b)), 1.0);
-  } else {
-    shown = min(vec3(level(mode, light.r), level(mode, light.g), level(mode, light.b)), 1.0);
-  }
-  if (gamma != 1.0) shown = pow(shown, vec3(1.0 / gamma));
+#if SATURATION
+  float mean = (light.r + light.g + light.b) / 3.0;
+  light = max(mean + saturation * (light - mean), 0.0);
+#endif
+#if LUPTON
+  float intensity = (light.r + light.g + light.b) / 3.0;
+  vec3 shown = intensity > 0.0 ? light * (level(intensity) / intensity) : vec3(0.0);
+  shown /= max(max(shown.r, max(shown.g, shown.b)), 1.0);
+#else
+  vec3 shown = min(vec3(level(light.r), level(light.g), level(light.b)), 1.0);
+#endif
+#if GAMMA
+  shown = pow(shown, vec3(1.0 / gamma));
+#endif
   colour = vec4(shown, 1.0);
 }`;

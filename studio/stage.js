@@ -25,10 +25,9 @@ export class Stage {
     this.canvas.style.height = `${shown[1]}px`;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);
     const pixels = shown.map((side) => Math.max(Math.round(side * ratio), 1));
-    if (this.canvas.width !== pixels[0] || this.canvas.height !== pixels[1]) {
-      [this.canvas.width, this.canvas.height] = pixels;
-      this.draw();
-    }
+    if (this.picture.room?.join() === pixels.join()) return;
+    this.picture.room = pixels;
+    this.draw();
   }
 
   /// Takes a new frame or look. While something moves the tone stays as it was, without flicker.

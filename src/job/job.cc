@@ -204,6 +204,7 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
     return observed_light(placed, parameters, camera, scene->unit, library.measures_as_draft()) !=
            ObservedLight::none;
   });
+  pending.is_draft = library.measures_as_draft();
   pending.star_tone = measures_star_tone(parameters, *scene);
   pending.is_draft = library.measures_as_draft();
   if (has_observed) pending.attenuation = load_reference_band(parameters, resources);
@@ -218,8 +219,11 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
   measure_galaxies(pending.galaxies, pending.footprints, ranks, memory);
   if (pending.keep) pending.keep(pending.footprints);
   if (pending.attenuation != nullptr) {
-    apply_attenuation(job.parameters, job.camera, *pending.attenuation, pending.is_draft, ranks,
-                      threads, *job.scene, memory);
+    // Views of a galaxy at coarse tolerances share one measurement.
+    const RenderParameters parameters =
+        pending.is_draft ? GalaxyLibrary::draft_accuracy(job.parameters) : job.parameters;
+    apply_attenuation(parameters, job.camera, *pending.attenuation, pending.is_draft, ranks, threads,
+                      *job.scene, memory);
   }
   if (pending.star_tone) find_star_tone(job, ranks, threads);
 }

@@ -59,6 +59,13 @@ FootprintRange GalaxyLibrary::draft_footprints() {
   return {0, Accuracy::from_tolerance(draft_tolerance).widest_footprint};
 }
 
+RenderParameters GalaxyLibrary::draft_accuracy(RenderParameters parameters) {
+  if (parameters.applies("sampling", "tolerance")) {
+    parameters.set("sampling", "tolerance", draft_tolerance);
+  }
+  return parameters;
+}
+
 std::shared_ptr<const Galaxy> GalaxyLibrary::find(const std::string& type, const std::string& sed,
                                                   std::uint64_t seed, const SceneRow& row) {
   const auto known_type = smooth_.find({type, sed});

@@ -97,6 +97,39 @@ TEST(Session, MeasuresNothingAgainForCamerasAndSpectra) {
   EXPECT_GT(session.memory().recalled(), measured);
 }
 
+/// The brightness of the only galaxy of a rendering.
+double brightness(const Rendering& rendering) {
+  return rendering.job->scene->galaxies.at(0).brightness;
+}
+
+TEST(Session, CoarseViewsShareTheMeasurementOfAttenuation) {
+  const auto observed = [](const std::string& tolerance, bool is_draft) {
+    RenderInput own = input(
+        clumpy,
+        "[image]\nsize = 30\n[camera]\nprojection = \"sky\"\ncenter = [10, 20]\npixel_scale = 0.2\n"
+        "[spectrum]\nbands = [\"bessell_v\"]\n[sampling]\ntolerance = " +
+            tolerance + "\n");
+    own.scene = RenderInput::Text{
+        "galaxy ra dec redshift size_arcsec apparent_magnitude inclination pa\n"
+        "mine 10 20 0.1 4 22 60 30\n"};
+    own.is_draft = is_draft;
+    return own;
+  };
+  const Session session(2);
+  const double coarse = brightness(session.render(session.load(observed("5e-2", true))));
+  const std::size_t measured = session.memory().measured();
+  EXPECT_EQ(brightness(session.render(session.load(observed("2e-2", true)))), coarse);
+  EXPECT_EQ(brightness(session.render(session.load(observed("1e-1", true)))), coarse);
+  EXPECT_EQ(session.memory().measured(), measured);
+  // The finest view measures for itself.
+  const double fine = brightness(session.render(session.load(observed("1e-2", false))));
+  EXPECT_GT(session.memory().measured(), measured);
+  const Session alone(2);
+  EXPECT_EQ(brightness(alone.render(alone.load(observed("1e-2", false)))), fine);
+  // Twice the difference that was measured.
+  EXPECT_NEAR(coarse / fine, 1, 6e-3);
+}
+
 TEST(Session, MeasuresAgainWhatDependsOnAChange) {
   const Session session(2);
   session.render(session.load(input()));

@@ -57,7 +57,7 @@ struct RenderJob {
     std::vector<FootprintRange> footprints;         ///< [galaxy] range of their footprints
     /// The band in which magnitudes include the galaxies' dust; null for none.
     std::shared_ptr<const Bandpass> attenuation;
-    bool is_draft = false;   ///< whether galaxies were measured as drafts
+    bool is_draft = false;   ///< whether all is measured for a coarse view
     bool star_tone = false;  ///< whether discs of stars need find_star_tone()
     /// Keeps the galaxies, measured for these footprints, for later jobs; may be empty.
     std::function<void(std::span<const FootprintRange> footprints)> keep = {};

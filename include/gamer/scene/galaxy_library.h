@@ -47,6 +47,8 @@ class GalaxyLibrary {
   bool measures_as_draft() const { return is_draft_; }
   /// The footprints for which drafts are measured; wider ones are seen at no lower tolerance.
   static FootprintRange draft_footprints();
+  /// These parameters with the tolerance at which drafts are measured.
+  static RenderParameters draft_accuracy(RenderParameters parameters);
 
   /// From now on, takes from this store the galaxies that earlier scenes measured.
   void reuse(std::shared_ptr<MeasuredGalaxies> measured) { measured_ = std::move(measured); }

@@ -244,10 +244,6 @@ class Page:
     def shown(self):
         """Bytes of the picture at one screen pixel a pixel: rows from the bottom, RGB."""
         return self.run("""
-          const {picture, ui} = studio, {width, height} = picture.frame.header;
-          [picture.canvas.width, picture.canvas.height] = [width, height];
-          picture.draw(ui.tone, ui.look);
-          const bytes = Array.from(picture.shown()).filter((_, i) => i % 4 !== 3);
-          [picture.canvas.width, picture.canvas.height] = [1, 1];
-          studio.stage.fit();
-          return bytes;""")
+          const {picture, ui} = studio;
+          picture.draw(ui.tone, ui.look, null, null);
+          return Array.from(picture.shown()).filter((_, i) => i % 4 !== 3);""")
