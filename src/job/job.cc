@@ -206,7 +206,6 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   });
   pending.is_draft = library.measures_as_draft();
   pending.star_tone = measures_star_tone(parameters, *scene);
-  pending.is_draft = library.measures_as_draft();
   if (has_observed) pending.attenuation = load_reference_band(parameters, resources);
   RenderJob job{std::move(parameters), camera, std::move(spectrum),
                 std::move(scene),      {},     std::move(pending)};
@@ -222,8 +221,8 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
     // Views of a galaxy at coarse tolerances share one measurement.
     const RenderParameters parameters =
         pending.is_draft ? GalaxyLibrary::draft_accuracy(job.parameters) : job.parameters;
-    apply_attenuation(parameters, job.camera, *pending.attenuation, pending.is_draft, ranks, threads,
-                      *job.scene, memory);
+    apply_attenuation(parameters, job.camera, *pending.attenuation, pending.is_draft, ranks,
+                      threads, *job.scene, memory);
   }
   if (pending.star_tone) find_star_tone(job, ranks, threads);
 }
