@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Latencies of gstudio's page in a headless Chromium that draws without a GPU, as docs/studio.md shows them.
 
-Each time goes from an event of the page (the pointer moved, an edit) to the picture drawn, or from one picture to the
-next while a slider moves. A pixel is then read back, for which the browser has to end its work. Browser and server share the cores. Where other programs run, the least
+Each time goes from an event of the page (the pointer moved, an edit) to the picture drawn. While a slider moves, it goes
+from one picture to the next. A pixel is then read back, for which the browser has to end its work. Browser and server share the cores. Where other programs run, the least
 time is nearer to that of an idle machine than the median.
 
     bench/studio_page_bench.py [GSTUDIO GAMER] | scripts/put-tables.py docs/studio.md

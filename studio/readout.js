@@ -80,10 +80,16 @@ export class Readout {
     }
     ink.font = `${10 * ratio}px system-ui, sans-serif`;
     ink.fillStyle = '#9a9da3';
-    [0, 1 / 3, 2 / 3, 1].forEach((place) => {
-      ink.textAlign = place === 0 ? 'left' : place === 1 ? 'right' : 'center';
+    // The ends first: a number between them that would touch another one is left out.
+    const taken = [];
+    for (const place of [0, 1, 1 / 3, 2 / 3]) {
       const value = light(place) / tone.factor[1] + tone.black[1];
-      ink.fillText(`${text(Number(value.toPrecision(2)))}${place === 1 ? ` ${unit}` : ''}`, place * width, height - 1.5 * ratio);
-    });
+      const label = `${text(Number(value.toPrecision(2)))}${place === 1 ? ` ${unit}` : ''}`.trim();
+      const wide = ink.measureText(label).width;
+      const left = Math.min(Math.max(place * width - wide / 2, 0), width - wide);
+      if (taken.some(([from, to]) => left < to + 4 * ratio && left + wide > from - 4 * ratio)) continue;
+      taken.push([left, left + wide]);
+      ink.fillText(label, left, height - 1.5 * ratio);
+    }
   }
 }

@@ -17,14 +17,14 @@ export class RenderDialog {
     const name = h('input', {type: 'text', id: 'render-name', value: `${doc.chosen}.${film ? 'png' : 'fits'}`, spellcheck: false});
     const size = h('input', {type: 'text', id: 'render-size', value: width === height ? `${width}` : `${width} ${height}`, spellcheck: false});
     const tolerance = h('input', {type: 'text', id: 'render-tolerance', value: String(doc.value('sampling.tolerance') ?? 0.001)});
-    const bar = h('progress', {max: 1, value: 0, 'aria-label': 'Progress'}), note = h('span', {class: 'note', role: 'status'});
+    const bar = h('progress', {max: 1, value: 0, hidden: true, 'aria-label': 'Progress'}), note = h('span', {class: 'note', role: 'status'});
     const label = film ? `Render ${film.frames} frames` : 'Render';
     const start = h('button', {class: 'main', type: 'submit'}, label);
     const stop = h('button', {type: 'button', disabled: true, onclick: () => this.cancel()}, 'Cancel');
     const form = h('form', {class: 'render'},
         h('label', {for: name.id}, 'File'), name, h('label', {for: size.id}, 'Size, pixels'), size,
         h('label', {for: tolerance.id}, 'Tolerance'), tolerance,
-        h('p', {class: 'note'}, 'The name\'s suffix decides: .fits, .fits.fz, .png, .bmp. Mutes and the stretch of the page do not count.'),
+        h('p', {class: 'note'}, 'The suffix of the name chooses the format: .fits, .fits.fz, .png or .bmp. The file has neither the mutes nor the stretch of the page.'),
         bar, note, h('div', {class: 'buttons'}, stop, start));
     dialog(film ? 'Render the film' : 'Render', form, 'small');
     form.addEventListener('submit', async (event) => {
@@ -51,6 +51,7 @@ export class RenderDialog {
   async render(name, isResumed, settings, bar, note) {
     const {connection} = this.app, started = performance.now();
     note.textContent = 'Starting';
+    bar.hidden = false;
     this.stopped = null;
     try {
       const job = connection.request('render', {name, ...(isResumed ? {resume: true} : {overwrite: true}), ...this.app.files.job(settings)},

@@ -3,12 +3,14 @@
 import {plainLook} from './stretch.js';
 import {seeingOf} from './seeing.js';
 
+const stripMs = 150;  // between two drawings of a frame in the making
+
 export class Stage {
   constructor({room, canvas, picture, preview, ui}) {
     Object.assign(this, {room, canvas, picture, preview, ui});
     this.isDirty = false;
     new ResizeObserver(() => this.fit()).observe(room);
-    preview.addEventListener('frame', () => this.take());
+    preview.addEventListener('frame', () => this.takeFrame());
     canvas.addEventListener('restored', () => { preview.weigh(); this.draw(); });
     ui.addEventListener('muted', () => { preview.weigh(); this.draw(); });
     ui.addEventListener('look', () => { preview.weigh(); this.take(true); });
@@ -28,6 +30,18 @@ export class Stage {
     if (this.picture.room?.join() === pixels.join()) return;
     this.picture.room = pixels;
     this.draw();
+  }
+
+  /// Takes a new frame. One in the making is not drawn for each of its strips: without a GPU that
+  /// would slow its render down.
+  takeFrame() {
+    if (this.picture.frame?.header.isPartial && !this.preview.shares) {
+      this.strips ??= setTimeout(() => { this.strips = null; this.take(); }, stripMs);
+      return;
+    }
+    clearTimeout(this.strips);
+    this.strips = null;
+    this.take();
   }
 
   /// Takes a new frame or look. While something moves the tone stays as it was, without flicker.

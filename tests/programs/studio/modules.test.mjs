@@ -11,6 +11,7 @@ import {parseFrame, unpackSlices} from '../../../studio/framing.js';
 import {History} from '../../../studio/history.js';
 import {uselessness} from '../../../studio/key_use.js';
 import {shareEdits, shareFactors, sharing, valueEdits} from '../../../studio/light.js';
+import {packTexels} from '../../../studio/picture.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
 import {columnsOf, hasInclination, poleOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
@@ -459,4 +460,10 @@ test('which moves of the camera turn galaxies with an inclination', () => {
   assert.equal(view.turnsGalaxies(flat, view.roll(flat, 0.1)), true);
   assert.equal(view.turnsGalaxies(deep, view.pan(deep, 0.1, 0.2, 512)), true);
   assert.equal(view.turnsGalaxies({projection: 'sky'}, {projection: 'sky'}), false);
+});
+
+test('four planes make a texel, and what is not finite is dark', () => {
+  const values = Float32Array.of(1, 2, 3, NaN, 5, 6, 7, Infinity, 9, 10);
+  assert.deepEqual([...packTexels(values, 2, 0)], [1, 3, 5, 7, 2, 0, 6, 0]);
+  assert.deepEqual([...packTexels(values, 2, 1)], [9, 0, 0, 0, 10, 0, 0, 0]);
 });

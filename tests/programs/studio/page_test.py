@@ -103,6 +103,20 @@ class PageTest(unittest.TestCase):
         differ = sum(a != b for a, b in zip(shown, expected))
         self.assertLess(differ, 0.01 * len(shown))
 
+    def test_canvas_has_the_pixels_of_the_picture(self):
+        page = self.page
+        state = "[studio.canvas.width, studio.canvas.height, getComputedStyle(studio.canvas).imageRendering]"
+        page.run("studio.picture.draw(studio.ui.tone, studio.ui.look)")
+        self.assertEqual(page.value(state), [48, 36, "auto"])
+        self.assertGreater(page.value("studio.canvas.clientWidth"), 200)
+        page.keys("x")
+        page.wait("studio.canvas.style.imageRendering === 'pixelated'")
+        self.assertEqual(page.value(state), [48, 36, "pixelated"])
+        # Where far fewer pixels are shown, so many are drawn.
+        page.run("studio.picture.draw(studio.ui.tone, {...studio.ui.look, pixels: false}, null, [24, 18])")
+        self.assertEqual(page.value(state), [24, 18, "auto"])
+        page.run("studio.look.togglePixels()")
+
     def test_stretch_asks_for_no_render(self):
         page = self.page
         asked = page.value("studio.connection.next")
@@ -632,7 +646,8 @@ class PageTest(unittest.TestCase):
     def test_page_works_at_three_sizes(self):
         page = self.page
         self.addCleanup(set_size, self.browser, 1280, 720)
-        for width, height, has_fingers in ((1280, 720, False), (1920, 1080, False), (1024, 768, False), (1024, 768, True)):
+        for width, height, has_fingers in ((1280, 720, False), (1920, 1080, False), (1024, 768, False), (1024, 768, True),
+                                          (768, 1024, True)):
             set_size(self.browser, width, height, has_fingers)
             page.wait(f"innerWidth === {width} && matchMedia('(pointer: coarse)').matches === {str(has_fingers).lower()}")
             box = page.value("(() => { const b = document.getElementById('picture').getBoundingClientRect();"
@@ -640,7 +655,8 @@ class PageTest(unittest.TestCase):
             self.assertGreater(min(box), 200)
             outside = page.value(
                 "[...document.querySelectorAll('button, select, input')].filter((one) => { const b = one.getBoundingClientRect();"
-                " return b.width > 0 && (b.right > innerWidth + 1 || b.left < -1); }).map((one) => one.outerHTML)")
+                " const room = (one.closest('.panel, #middle') ?? document.body).getBoundingClientRect();"
+                " return b.width > 0 && (b.right > room.right + 1 || b.left < room.left - 1); }).map((one) => one.outerHTML)")
             self.assertEqual(outside, [])
 
     def test_controls_have_names(self):
