@@ -13,6 +13,7 @@ gamer_add_layer(studio LINK PUBLIC gamer_job PRIVATE fmt::fmt tomlplusplus::toml
                 nlohmann_json::nlohmann_json Threads::Threads ZLIB::ZLIB $<BUILD_INTERFACE:Boost::headers>
                 $<BUILD_INTERFACE:CLI11::CLI11>)
 target_sources(gamer_studio PRIVATE ${gamer_page_code})
+set_source_files_properties(${gamer_page_code} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 
 add_executable(gstudio apps/gstudio.cpp)
 target_link_libraries(gstudio PRIVATE gamer_studio CLI11::CLI11 fmt::fmt gamer_options)

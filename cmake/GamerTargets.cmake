@@ -9,6 +9,21 @@ target_compile_options(gamer_options INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
   $<$<BOOL:${GAMER_WERROR}>:-Werror>)
 
+# Compiles the sources of a library in groups, all but those that Highway compiles once for each target.
+function(gamer_compile_in_groups name)
+  foreach(source IN LISTS ARGN)
+    file(STRINGS ${source} simd REGEX "hwy/foreach_target.h" LIMIT_COUNT 1)
+    if(simd)
+      set_source_files_properties(${source} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+    endif()
+  endforeach()
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  # Local names may be those of another file; builds without groups warn of shadows within a file. GCC
+  # takes a file of a group for a header, whose classes should not have members of unnamed namespaces.
+  target_compile_options(${name} PRIVATE -Wno-shadow
+                         $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+endfunction()
+
 # gamer_add_layer(name LINK ...): the static library gamer_<name> from all sources under src/<name>.
 function(gamer_add_layer name)
   cmake_parse_arguments(ARG "" "" "LINK" ${ARGN})
@@ -22,4 +37,7 @@ function(gamer_add_layer name)
     PRIVATE ${CMAKE_CURRENT_SOURCE_DIR}/src)
   target_compile_features(gamer_${name} PUBLIC cxx_std_20)
   target_link_libraries(gamer_${name} ${ARG_LINK} PRIVATE $<BUILD_INTERFACE:gamer_options>)
+  if(GAMER_UNITY)
+    gamer_compile_in_groups(gamer_${name} ${sources})
+  endif()
 endfunction()

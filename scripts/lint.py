@@ -11,7 +11,7 @@
   do not count, nor do tables and indented text.
 - A comment's lines have at most 100 columns.
 - A function has at most 60 lines, and a file of the programs and the library at most 600.
-- A section of docs/facts.md that is cited is there, and so is every file that a document names.
+- A section of docs/facts.md that is cited is there. So is every file or function that a document names.
 """
 
 import ast
@@ -197,6 +197,17 @@ def check_references(path, sections, complain):
                 complain(path, number, f"there is no {name}")
 
 
+def check_names(path, files, words, complain):
+    """It finds functions and files without a folder that a document names, but that are not there."""
+    for number, line in enumerate(path.read_text().splitlines(), 1):
+        for name in re.findall(r"`([\w:]+)\(\)`", line):
+            if not words.issuperset(name.split("::")):
+                complain(path, number, f"there is no {name}()")
+        for name in re.findall(r"`([\w-]+\.(?:cc|cpp|h|js))`", line):
+            if name not in files:
+                complain(path, number, f"there is no {name}")
+
+
 def main():
     found = []
 
@@ -218,8 +229,13 @@ def main():
         check_sentences(path, document_paragraphs, complain)
     for path in tracked("*.py"):
         check_sentences(path, script_paragraphs, complain)
-    for path in code + documents + tracked("*.py", "*.sh"):
+    scripts = tracked("*.py", "*.sh")
+    for path in code + documents + scripts:
         check_references(path, sections, complain)
+    sources = code + scripts + tracked("studio/*.js")
+    words = set(re.findall(r"\w+", "\n".join(path.read_text() for path in sources)))
+    for path in tracked("docs/architecture.md", "docs/extending.md", "docs/method.md"):
+        check_names(path, {source.name for source in sources}, words, complain)
     print("\n".join(found), end="\n" if found else "")
     return 1 if found else 0
 

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Builds everything and runs the test suite, without the tests of the label `long`, which take minutes.
+# Builds all but the benchmarks and runs the test suite, without the tests of the label `long`, which take minutes.
 #
 #   scripts/test.sh [--all | --werror | --sanitize] [ctest options]
 #
 # --all runs these tests, too.
-# --werror runs them, too. It builds apart, in build/ci, with warnings as errors, and installs what the site of
-# the documents needs.
+# --werror runs them, too. It builds apart, in build/ci, with warnings as errors and the benchmarks, and
+# installs what the site of the documents needs.
 # --sanitize builds the tests of most layers apart, in build/asan, with the sanitizers of addresses and
 # undefined behaviour, and what runs in threads in build/tsan, with that of threads.
 set -euo pipefail
@@ -22,7 +22,7 @@ run_tests() {
 
 case ${1:-} in
   --werror)
-    scripts/setup.sh --tests --docs --build build/ci -DGAMER_WERROR=ON
+    scripts/setup.sh --tests --docs --build build/ci --targets "all bench/all" -DGAMER_WERROR=ON
     run_tests build/ci "${@:2}"
     ;;
   --sanitize)

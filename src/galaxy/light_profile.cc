@@ -11,16 +11,18 @@
 namespace gamer {
 namespace {
 
-// Midpoint rules in asinh(r / finest) and asinh(z / finest), and in azimuth.
+// Midpoint rules in asinh(r / finest_radius) and asinh(z / finest_radius), and in azimuth.
 constexpr int radii = 240, heights = 60, azimuths = 16, azimuths_of_uneven = 96;
-constexpr double finest = 1e-4;
+constexpr double finest_radius = 1e-4;
 
-double radius_at(double share) { return finest * std::sinh(share * std::asinh(1 / finest)); }
+double radius_at(double share) {
+  return finest_radius * std::sinh(share * std::asinh(1 / finest_radius));
+}
 
 /// The derivative dr/dshare of radius_at().
 double slope_at(double share) {
-  const double most = std::asinh(1 / finest);
-  return finest * std::cosh(share * most) * most;
+  const double most = std::asinh(1 / finest_radius);
+  return finest_radius * std::cosh(share * most) * most;
 }
 
 /// Directions in the plane, and heights above it, of the points of all rings.

@@ -317,7 +317,6 @@ std::string header_text(const std::filesystem::path& path) {
   }
 
   constexpr int with_comments = 0;
-  constexpr std::size_t record_width = 80;
   char* records = nullptr;
   int count = 0, status = 0;
   // For a compressed image this function gives the image's header.

@@ -31,8 +31,6 @@ constexpr std::array<std::pair<const char*, ImageSuffix>, 4> suffixes = {{
 /// Space for the headers of a FITS file besides its cards.
 constexpr std::uint64_t header_bytes = 16 * 1024;
 constexpr std::uint64_t card_bytes = 80;
-/// A BMP file gives its size in 32 bits.
-constexpr std::uint64_t largest_bmp = 0xFFFFFFFF;
 /// Open files of a process besides the image's: streams, libraries, sockets of MPI.
 constexpr std::uint64_t other_files = 64;
 /// CFITSIO's limit of open files (NMAXFILES).

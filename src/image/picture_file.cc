@@ -29,8 +29,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A BMP file gives its size in 32 bits.
-constexpr std::uint64_t largest_bmp = 0xFFFFFFFF;
 /// libpng's limit of a side (PNG_USER_WIDTH_MAX).
 constexpr int longest_png_side = 1000000;
 

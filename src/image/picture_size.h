@@ -7,6 +7,8 @@
 
 namespace gamer {
 
+/// A BMP file gives its size in 32 bits.
+inline constexpr std::uint64_t largest_bmp = 0xFFFFFFFF;
 /// Size of a BMP file, bytes.
 std::uint64_t bmp_bytes(int width, int height);
 

@@ -30,11 +30,10 @@ namespace gamer {
 namespace {
 
 constexpr double arcseconds_per_degree = 3600, full_circle = 360;
-constexpr int axis_count = 2;
 /// Status of wcsp2s() and wcss2p(): some points have no counterpart; an array tells which.
 constexpr int bad_pixels = 8, bad_world = 9;
 /// Points converted in one call of WCSLIB.
-constexpr std::size_t block_size = 256;
+constexpr std::size_t point_block = 256;
 /// Limits of the sides of pixels. A right ascension of 360 deg has steps of 2e-10 arcsec in double
 /// precision, 0.2 % of the smallest pixel; one largest pixel shows the whole sky.
 constexpr double smallest_pixel = 1e-7 / arcseconds_per_degree, largest_pixel = full_circle;  // deg
@@ -97,11 +96,11 @@ class Converter {
                           "of {} at most",
                           change, largest_area_change));
         }
-        const std::array<double, axis_count> from = {place.x, place.y};
-        std::array<double, axis_count> intermediate, back{};
+        const std::array<double, sky_axis_count> from = {place.x, place.y};
+        std::array<double, sky_axis_count> intermediate, back{};
         const bool has_inverse =
-            linp2x(&wcs_->lin, 1, axis_count, from.data(), intermediate.data()) == 0 &&
-            linx2p(&wcs_->lin, 1, axis_count, intermediate.data(), back.data()) == 0 &&
+            linp2x(&wcs_->lin, 1, sky_axis_count, from.data(), intermediate.data()) == 0 &&
+            linx2p(&wcs_->lin, 1, sky_axis_count, intermediate.data(), back.data()) == 0 &&
             std::hypot(back[0] - place.x, back[1] - place.y) < farthest;
         if (!has_inverse) fail("it has no inverse");
       }
@@ -112,7 +111,7 @@ class Converter {
   void to_sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
     // WCSLIB 7.12 converts rows of equal x or y differently from their single points.
     const int category = wcs_->cel.prj.category;
-    const std::size_t most = category == QUADCUBE || category == HEALPIX ? 1 : block_size;
+    const std::size_t most = category == QUADCUBE || category == HEALPIX ? 1 : point_block;
     for (std::size_t first = 0; first < pixels.size(); first += most) {
       const std::size_t count = std::min(most, pixels.size() - first);
       const auto block = pixels.subspan(first, count);
@@ -127,13 +126,13 @@ class Converter {
   }
 
   std::optional<PixelPosition> to_pixel(const SkyPosition& sky) {
-    std::array<double, axis_count> from, intermediate, to;
+    std::array<double, sky_axis_count> from, intermediate, to;
     double phi = 0, theta = 0;
     int bad = 0;
     from[wcs_->lng] = sky.ra;
     from[wcs_->lat] = sky.dec;
-    const int status = wcss2p(wcs_, 1, axis_count, from.data(), &phi, &theta, intermediate.data(),
-                              to.data(), &bad);
+    const int status = wcss2p(wcs_, 1, sky_axis_count, from.data(), &phi, &theta,
+                              intermediate.data(), to.data(), &bad);
     is_failure(status, bad_world);
     if (status != 0 || !std::isfinite(to[0] + to[1])) return std::nullopt;
     return PixelPosition{to[0], to[1]};
@@ -142,19 +141,20 @@ class Converter {
  private:
   /// Converts a block of pixels; false when WCSLIB converts none of them.
   bool convert(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
-    std::array<double, axis_count * block_size> from, intermediate, to;
-    std::array<double, block_size> phi, theta;
-    std::array<int, block_size> bad;
+    std::array<double, sky_axis_count * point_block> from, intermediate, to;
+    std::array<double, point_block> phi, theta;
+    std::array<int, point_block> bad;
     const std::size_t count = pixels.size();
     for (std::size_t i = 0; i < count; ++i) {
-      from[axis_count * i] = pixels[i].x;
-      from[axis_count * i + 1] = pixels[i].y;
+      from[sky_axis_count * i] = pixels[i].x;
+      from[sky_axis_count * i + 1] = pixels[i].y;
     }
-    const int status = wcsp2s(wcs_, static_cast<int>(count), axis_count, from.data(),
+    const int status = wcsp2s(wcs_, static_cast<int>(count), sky_axis_count, from.data(),
                               intermediate.data(), phi.data(), theta.data(), to.data(), bad.data());
     if (is_failure(status, bad_pixels)) return false;
     for (std::size_t i = 0; i < count; ++i) {
-      const double ra = to[axis_count * i + wcs_->lng], dec = to[axis_count * i + wcs_->lat];
+      const double ra = to[sky_axis_count * i + wcs_->lng],
+                   dec = to[sky_axis_count * i + wcs_->lat];
       if (status != 0 && bad[i] != 0) {
         out[i] = {no_value, no_value};
       } else if (std::isfinite(ra + dec)) {
@@ -169,12 +169,12 @@ class Converter {
   /// WCSLIB finds no latitude exactly on the central meridian of PCO (7.12).
   SkyPosition sky_beside(const PixelPosition& pixel) {
     constexpr double nudge = 1e-7;  // pixels
-    const std::array<double, axis_count> from = {pixel.x + nudge, pixel.y + nudge};
-    std::array<double, axis_count> intermediate, to;
+    const std::array<double, sky_axis_count> from = {pixel.x + nudge, pixel.y + nudge};
+    std::array<double, sky_axis_count> intermediate, to;
     double phi = 0, theta = 0;
     int bad = 0;
-    const int status = wcsp2s(wcs_, 1, axis_count, from.data(), intermediate.data(), &phi, &theta,
-                              to.data(), &bad);
+    const int status = wcsp2s(wcs_, 1, sky_axis_count, from.data(), intermediate.data(), &phi,
+                              &theta, to.data(), &bad);
     if (status != 0 || !std::isfinite(to[0] + to[1])) return {no_value, no_value};
     return {in_circle(to[wcs_->lng]), to[wcs_->lat]};
   }
@@ -214,7 +214,7 @@ class Converter {
     for (int i = 0; i < all_.count; ++i) {
       if (all_.list[i].alt[0] == ' ') wcs_ = &all_.list[i];
     }
-    if (wcs_ == nullptr || wcs_->naxis != axis_count) throw no_celestial_axes(label);
+    if (wcs_ == nullptr || wcs_->naxis != sky_axis_count) throw no_celestial_axes(label);
   }
 
   void set(const std::vector<std::string>& records, const std::string& label) {
@@ -268,7 +268,7 @@ class Converter {
   }
 
   void check_projection_is_named(const std::string& label) const {
-    for (int axis = 0; axis < axis_count; ++axis) {
+    for (int axis = 0; axis < sky_axis_count; ++axis) {
       if (!projection(axis).empty()) continue;
       throw input_error({label, 0, 0}, "CTYPE{} = {} names no projection", axis + 1,
                         in_quotes(trimmed(wcs_->ctype[axis])));
@@ -298,16 +298,16 @@ class Converter {
   Jacobian jacobian(const PixelPosition& at) {
     constexpr int end_count = 4;
     constexpr double one_half = 0.5;
-    const std::array<double, axis_count* end_count> from = {
+    const std::array<double, sky_axis_count* end_count> from = {
         at.x - one_half, at.y, at.x + one_half, at.y, at.x, at.y - one_half, at.x, at.y + one_half};
-    std::array<double, axis_count * end_count> to;
+    std::array<double, sky_axis_count * end_count> to;
     to.fill(no_value);
-    linp2x(&wcs_->lin, end_count, axis_count, from.data(), to.data());
+    linp2x(&wcs_->lin, end_count, sky_axis_count, from.data(), to.data());
     return {to[2] - to[0], to[6] - to[4], to[3] - to[1], to[7] - to[5]};
   }
 
   void check_numbers(const std::string& label) const {
-    for (int axis = 0; axis < axis_count; ++axis) {
+    for (int axis = 0; axis < sky_axis_count; ++axis) {
       const double pixel = wcs_->crpix[axis], value = wcs_->crval[axis];
       if (std::abs(pixel) <= farthest_reference && std::isfinite(value)) continue;
       throw input_error(
@@ -328,7 +328,7 @@ class Converter {
     check_frame(label);
     check_projection_is_named(label);
     const std::vector<std::string> known = sky_projections();
-    for (int axis = 0; axis < axis_count; ++axis) {
+    for (int axis = 0; axis < sky_axis_count; ++axis) {
       const std::string code = projection(axis);
       if (std::ranges::find(known, code) != known.end()) continue;
       throw input_error({label, 0, 0}, "CTYPE{}: unknown projection {}{}", axis + 1,
@@ -338,7 +338,7 @@ class Converter {
 
   /// WCSLIB's own messages about units leak memory (7.12).
   void check_units(const std::string& label) const {
-    for (int axis = 0; axis < axis_count; ++axis) {
+    for (int axis = 0; axis < sky_axis_count; ++axis) {
       const std::string_view unit = trimmed(wcs_->cunit[axis]);
       double scale = 0, offset = 0, power = 0;
       if (unit.empty() || wcsunits(wcs_->cunit[axis], "deg", &scale, &offset, &power) == 0)

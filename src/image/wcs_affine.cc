@@ -11,16 +11,16 @@
 
 #include "core/message.h"
 #include "gamer/core/error.h"
+#include "image/wcs_records.h"
 
 namespace gamer {
 namespace {
 
-constexpr int axis_count = 2;
 /// Keywords number at most 99 axes: two digits.
-constexpr int most_axes = 99;
+constexpr int most_numbered_axes = 99;
 
 /// The matrix M[i][j] of a map, or its inverse.
-using Matrix = std::array<std::array<double, axis_count>, axis_count>;
+using Matrix = std::array<std::array<double, sky_axis_count>, sky_axis_count>;
 
 Matrix matrix_of(const PixelMap& map) { return {{{map.xx, map.xy}, {map.yx, map.yy}}}; }
 
@@ -50,12 +50,12 @@ class Description {
 
   bool exists() const {
     for (const char* name : {"CTYPE", "CRPIX", "CRVAL", "CDELT"}) {
-      for (int i = 1; i <= axis_count; ++i) {
+      for (int i = 1; i <= sky_axis_count; ++i) {
         if (header_.has(key(name, i))) return true;
       }
     }
-    for (int i = 1; i <= axis_count; ++i) {
-      for (int j = 1; j <= axis_count; ++j) {
+    for (int i = 1; i <= sky_axis_count; ++i) {
+      for (int j = 1; j <= sky_axis_count; ++j) {
         if (header_.has(key("CD", i, j)) || header_.has(key("PC", i, j))) return true;
       }
     }
@@ -82,7 +82,7 @@ class Description {
       remove_rotations();
       map_pc(m);
     } else if (is_diagonal(m)) {
-      for (int i = 1; i <= axis_count; ++i) {
+      for (int i = 1; i <= sky_axis_count; ++i) {
         const std::string step = key("CDELT", i);
         header_.set(step, number(step, 1) / m[i - 1][i - 1]);
       }
@@ -107,13 +107,13 @@ class Description {
   int axes() const {
     const double declared = number("WCSAXES" + letter_, 0);
     constexpr int least_count = 4;
-    return declared > least_count ? static_cast<int>(std::min<double>(declared, most_axes))
+    return declared > least_count ? static_cast<int>(std::min<double>(declared, most_numbered_axes))
                                   : least_count;
   }
 
   void refuse_tables(const std::string& label) const {
     for (const char* name : {"CPDIS", "CQDIS", "D2IMDIS"}) {
-      for (int i = 1; i <= axis_count; ++i) {
+      for (int i = 1; i <= sky_axis_count; ++i) {
         const std::string card = key(name, i);
         if (!header_.has(card)) continue;
         throw input_error({label, 0, 0},
@@ -159,18 +159,18 @@ class Description {
   }
   double rotation() const { return number(key("CROTA", latitude_axis()), 0); }
   void remove_rotations() {
-    for (int i = 1; i <= axis_count; ++i) header_.remove(key("CROTA", i));
+    for (int i = 1; i <= sky_axis_count; ++i) header_.remove(key("CROTA", i));
   }
   void remove_beside_cd() {
     remove_rotations();
-    for (int i = 1; i <= axis_count; ++i) header_.remove(key("CDELT", i));
+    for (int i = 1; i <= sky_axis_count; ++i) header_.remove(key("CDELT", i));
   }
 
   /// Converts CROTAi by Calabretta & Greisen 2002 (A&A 395, 1077), Eqs. 190 and 191.
   void rotation_to_pc() {
     constexpr double half_circle = 180;
     const double angle = rotation() * std::numbers::pi / half_circle;
-    const int latitude = latitude_axis(), longitude = axis_count + 1 - latitude;
+    const int latitude = latitude_axis(), longitude = sky_axis_count + 1 - latitude;
     const double ratio = number(key("CDELT", latitude), 1) / number(key("CDELT", longitude), 1);
     header_.set(key("PC", longitude, longitude), std::cos(angle));
     header_.set(key("PC", longitude, latitude), -ratio * std::sin(angle));
@@ -186,14 +186,14 @@ class Description {
     bool is_separate = true;
     for (int i = 1; i <= count; ++i) {
       for (int j = 1; j <= count; ++j) {
-        const bool couples = (i <= axis_count) != (j <= axis_count);
+        const bool couples = (i <= sky_axis_count) != (j <= sky_axis_count);
         is_separate = is_separate && !(couples && number(key("PC", i, j), 0) != 0);
       }
     }
     Matrix turn = inverse(m);
     const bool has_steps_only =
         is_diagonal(m) && number(key("PC", 1, 2), 0) == 0 && number(key("PC", 2, 1), 0) == 0;
-    std::array<double, axis_count> scale = {1, 1};
+    std::array<double, sky_axis_count> scale = {1, 1};
     if (is_separate && has_steps_only) {
       scale = {m[0][0], m[1][1]};
       turn = {{{1, 0}, {0, 1}}};
@@ -205,7 +205,7 @@ class Description {
       }
     }
     multiply("PC", turn, 1);
-    for (int i = 1; i <= axis_count; ++i) {
+    for (int i = 1; i <= sky_axis_count; ++i) {
       if (scale[i - 1] == 1) continue;
       const std::string step = key("CDELT", i);
       header_.set(step, number(step, 1) / scale[i - 1]);
@@ -218,7 +218,7 @@ class Description {
       const auto default_value = [&](int j) { return i == j ? default_diagonal : 0; };
       const double a = number(key(name, i, 1), default_value(1));
       const double b = number(key(name, i, 2), default_value(2));
-      for (int j = 1; j <= axis_count; ++j) {
+      for (int j = 1; j <= sky_axis_count; ++j) {
         set_unless_default(header_, key(name, i, j), a * factor[0][j - 1] + b * factor[1][j - 1],
                            default_value(j));
       }
@@ -285,9 +285,9 @@ class SipPair {
                                            substitute(read(1, label), inverse_map)};
     const std::array<std::optional<double>, 2> bounds = {header_.number(bound_key(0)),
                                                          header_.number(bound_key(1))};
-    for (int i = 0; i < axis_count; ++i) {
+    for (int i = 0; i < sky_axis_count; ++i) {
       Polynomial f;
-      for (int k = 0; k < axis_count; ++k) {
+      for (int k = 0; k < sky_axis_count; ++k) {
         if (m[i][k] == 0) continue;
         f.order = std::max(f.order, old[k].order);
         for (int p = 0; p <= most_sip_order; ++p) {
@@ -351,9 +351,9 @@ void map_physical(FitsHeader& header, const PixelMap& map) {
   Matrix old;
   PixelPosition zero = {header.number(vector_key(0)).value_or(0),
                         header.number(vector_key(1)).value_or(0)};
-  for (int i = 0; i < axis_count; ++i) {
+  for (int i = 0; i < sky_axis_count; ++i) {
     exists = exists || header.has(vector_key(i));
-    for (int j = 0; j < axis_count; ++j) {
+    for (int j = 0; j < sky_axis_count; ++j) {
       exists = exists || header.has(matrix_key(i, j));
       old[i][j] = header.number(matrix_key(i, j)).value_or(i == j ? 1 : 0);
     }
@@ -364,8 +364,8 @@ void map_physical(FitsHeader& header, const PixelMap& map) {
   header.set(vector_key(1), zero.y);
   if (map.moves_only()) return;
   const Matrix m = matrix_of(map);
-  for (int i = 0; i < axis_count; ++i) {
-    for (int j = 0; j < axis_count; ++j) {
+  for (int i = 0; i < sky_axis_count; ++i) {
+    for (int j = 0; j < sky_axis_count; ++j) {
       set_unless_default(header, matrix_key(i, j), m[i][0] * old[0][j] + m[i][1] * old[1][j],
                          i == j ? 1 : 0);
     }

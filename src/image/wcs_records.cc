@@ -7,11 +7,12 @@
 #include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
+#include "image/fits/card_record.h"
 
 namespace gamer {
 namespace {
 
-std::string_view keyword(std::string_view record) {
+std::string_view keyword_of(std::string_view record) {
   return trimmed(record.substr(0, keyword_width));
 }
 
@@ -52,7 +53,7 @@ std::vector<std::string> split_records(std::string_view header) {
     if (is_line_end) header.remove_prefix(1);
     if (record.empty()) continue;
     record.resize(record_width, ' ');
-    if (keyword(record) == "END") break;
+    if (keyword_of(record) == "END") break;
     records.push_back(std::move(record));
   }
   return records;
@@ -62,7 +63,7 @@ std::vector<std::string> celestial_records(const std::vector<std::string>& heade
   std::vector<std::string> kept;
   bool keep = false;
   for (const std::string& record : header) {
-    const std::string key(keyword(record));
+    const std::string key(keyword_of(record));
     if (key != "CONTINUE") keep = concerns_celestial_axes(key);
     if (keep) kept.push_back(record);
   }
@@ -73,7 +74,7 @@ void check_self_contained(const std::vector<std::string>& header, const std::str
   static const std::regex coupling("(PC|CD)[12]_([3-9]|[1-9][0-9])");
   static const std::regex table("C[PQ]DIS[12] *= *'LOOKUP.*", std::regex::icase);
   for (const std::string& record : header) {
-    const std::string key(keyword(record));
+    const std::string key(keyword_of(record));
     if (std::regex_match(key, coupling)) {
       const std::size_t equals = record.find('=');
       const bool is_zero =

@@ -1,13 +1,13 @@
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace gamer {
 
-inline constexpr std::size_t record_width = 80, keyword_width = 8;
+/// Number of axes of the sky.
+inline constexpr int sky_axis_count = 2;
 
 /// Whether all characters are printing ones of ASCII.
 bool is_printing(std::string_view record);

@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-constexpr std::string_view no_value = "-";
+constexpr std::string_view no_value_word = "-";
 
 /// Rows of the recorded columns that belong to the scene's list.
 DataTable chosen_columns(const Resources::Text& text, std::span<const std::size_t> rows) {
@@ -74,7 +74,7 @@ class ColumnMaker {
       integers->push_back(number(word, stated ? *stated : std::int64_t{0}));
     } else {
       std::get<std::vector<std::string>>(column_.values)
-          .emplace_back(word == no_value ? std::string_view() : word);
+          .emplace_back(word == no_value_word ? std::string_view() : word);
     }
   }
   DataColumn finish() && { return std::move(column_); }
@@ -82,7 +82,7 @@ class ColumnMaker {
  private:
   template <typename Number>
   static Number number(std::string_view word, Number otherwise) {
-    if (word == no_value) return otherwise;
+    if (word == no_value_word) return otherwise;
     if (word.starts_with('+')) word.remove_prefix(1);
     Number value = otherwise;
     std::from_chars(word.data(), word.data() + word.size(), value);

@@ -16,7 +16,7 @@
 namespace gamer {
 namespace {
 
-constexpr double pi_value = std::numbers::pi;
+using std::numbers::pi;
 
 struct Vector {
   double x = 0, y = 0;
@@ -86,8 +86,8 @@ SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
 
 /// The angle in [0, pi[ of an axis.
 double half_turn(double angle) {
-  const double positive = angle < 0 ? angle + pi_value : angle;
-  return positive < pi_value ? positive : 0;
+  const double positive = angle < 0 ? angle + pi : angle;
+  return positive < pi ? positive : 0;
 }
 
 /// A part of a plane.
@@ -198,7 +198,7 @@ double Ellipses::radius(double x, double y) const {
   return std::sqrt(u * u + v * v);
 }
 
-double Ellipses::area(double radius) const { return pi_value * radius * radius / determinant_; }
+double Ellipses::area(double radius) const { return pi * radius * radius / determinant_; }
 
 double Ellipses::half_width(double radius) const {
   return radius * std::hypot(uy_, vy_) / determinant_;

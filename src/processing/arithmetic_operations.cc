@@ -13,7 +13,7 @@
 namespace gamer {
 namespace {
 
-constexpr const char* group_name = "Arithmetic";
+constexpr const char* arithmetic_group = "Arithmetic";
 
 /// Planes of a further input, which are combined with those of the first.
 struct Operand {
@@ -142,7 +142,7 @@ Operation combining(const char* name, Combination combination, const char* summa
                     const std::string& description) {
   Operation operation;
   operation.name = name;
-  operation.group = group_name;
+  operation.group = arithmetic_group;
   operation.summary = summary;
   operation.description =
       description +
@@ -200,7 +200,7 @@ int scale_file(const OperationCall& call) {
 
 Operation scale_operation() {
   return {.name = "scale",
-          .group = group_name,
+          .group = arithmetic_group,
           .summary = "Multiply by a number and add one",
           .description =
               "v' = factor v + offset. Without --unit the light changes and the unit stays. With "

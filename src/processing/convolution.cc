@@ -33,7 +33,7 @@ inline constexpr double rounding_error = 64 * std::numeric_limits<Real>::epsilon
 /// A stamp prepared for the computation: its pixels, or their transform multiplied by the 1/N of
 /// the inverse transform.
 template <class Real>
-struct Kernel {
+struct ConvolutionKernel {
   Stamp stamp;  ///< has no pixels where there is a transform
   double sum = 0;
   std::optional<Buffer<Real>> transform;
@@ -248,7 +248,7 @@ class ConvolvedPlane final : public Plane {
   }
 
  private:
-  using KernelPtr = std::shared_ptr<const Kernel<Real>>;
+  using KernelPtr = std::shared_ptr<const ConvolutionKernel<Real>>;
   /// Missing pixels of a tile's input, row by row: 1 where missing; empty where none is.
   using Mask = std::vector<std::uint8_t>;
   struct Rows {
@@ -263,8 +263,8 @@ class ConvolvedPlane final : public Plane {
   const Transform<Real>* choose_transform(const ConvolutionOptions& options) const;
   KernelPtr get_kernel() const;
   KernelPtr make_kernel() const;
-  void read_tile(const Kernel<Real>& kernel, const Area& tile, const Area& needed, Rows values,
-                 double* out, std::ptrdiff_t stride) const;
+  void read_tile(const ConvolutionKernel<Real>& kernel, const Area& tile, const Area& needed,
+                 Rows values, double* out, std::ptrdiff_t stride) const;
   struct Input {
     Mask mask;
     double largest = 0;  ///< size of a finite value
@@ -278,7 +278,7 @@ class ConvolvedPlane final : public Plane {
   void take_row(const Columns& columns, const double* read, double scale, int row,
                 const Area& input, std::vector<double>& line, Real* target, Input& result) const;
   Input gather(const Area& input, double scale, Rows values) const;
-  void convolve(const Kernel<Real>& kernel, const Area& input, Rows values) const;
+  void convolve(const ConvolutionKernel<Real>& kernel, const Area& input, Rows values) const;
 
   PlanePtr source_;
   int stamp_width_, stamp_height_;
@@ -349,7 +349,7 @@ auto ConvolvedPlane<Real>::get_kernel() const -> KernelPtr {
   // Threads that need this kernel wait until one thread has made it.
   const std::lock_guard lock(kernel_mutex_);
   if (auto kernel = KernelCache::get().find(this)) {
-    return std::static_pointer_cast<const Kernel<Real>>(std::move(kernel));
+    return std::static_pointer_cast<const ConvolutionKernel<Real>>(std::move(kernel));
   }
   KernelPtr kernel = make_kernel();
   KernelCache::get().insert(this, kernel);
@@ -358,7 +358,7 @@ auto ConvolvedPlane<Real>::get_kernel() const -> KernelPtr {
 
 template <class Real>
 auto ConvolvedPlane<Real>::make_kernel() const -> KernelPtr {
-  auto kernel = std::make_shared<Kernel<Real>>();
+  auto kernel = std::make_shared<ConvolutionKernel<Real>>();
   kernel->stamp = make_();
   const Stamp& stamp = kernel->stamp;
   check_stamp(stamp);
@@ -390,7 +390,7 @@ auto ConvolvedPlane<Real>::make_kernel() const -> KernelPtr {
 
 /// Makes the pixels `needed` of a tile; `values` has room for the tile's input.
 template <class Real>
-void ConvolvedPlane<Real>::read_tile(const Kernel<Real>& kernel, const Area& tile,
+void ConvolvedPlane<Real>::read_tile(const ConvolutionKernel<Real>& kernel, const Area& tile,
                                      const Area& needed, Rows values, double* out,
                                      std::ptrdiff_t stride) const {
   const int half_width = stamp_width_ / 2, half_height = stamp_height_ / 2;
@@ -516,7 +516,7 @@ auto ConvolvedPlane<Real>::gather(const Area& input, double scale, Rows values) 
 
 /// Replaces a tile's input by its output, which begins at the same place.
 template <class Real>
-void ConvolvedPlane<Real>::convolve(const Kernel<Real>& kernel, const Area& input,
+void ConvolvedPlane<Real>::convolve(const ConvolutionKernel<Real>& kernel, const Area& input,
                                     Rows values) const {
   if (kernel.transform) {
     transform_->forward(values.values);

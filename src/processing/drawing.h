@@ -20,12 +20,14 @@ inline constexpr std::array<Colour, 6> okabe_ito = {{{0.00, 0.45, 0.70},
                                                      {0.80, 0.47, 0.65},
                                                      {0.34, 0.71, 0.91},
                                                      {0.90, 0.62, 0.00}}};
+inline constexpr Colour black = {0.1, 0.1, 0.1}, grey = {0.88, 0.88, 0.88};
+/// Size of letters and width of plots, pixels.
+inline constexpr double font_size = 24;
+inline constexpr int plot_width = 1200;
 
 /// A white picture drawn by Cairo, with (0, 0) at its upper left corner.
 class Drawing {
  public:
-  static constexpr double font_size = 24;
-
   Drawing(int width, int height);
 
   void colour(const Colour& colour, double opacity = 1);

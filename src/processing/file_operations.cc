@@ -22,7 +22,7 @@
 namespace gamer {
 namespace {
 
-constexpr const char* group_name = "Files and headers";
+constexpr const char* file_group = "Files and headers";
 
 // ---- stack -------------------------------------------------------------------------------------
 
@@ -412,7 +412,7 @@ int run_header(const OperationCall& call) {
 Operation stack_operation() {
   return {
       .name = "stack",
-      .group = group_name,
+      .group = file_group,
       .summary = "Put planes of several files into one, or take a cube apart",
       .description =
           "All planes of all files, in order, become a cube, one extension each, or one file each "
@@ -440,7 +440,7 @@ Operation header_operation() {
   const std::vector<std::string> none;
   return {
       .name = "header",
-      .group = group_name,
+      .group = file_group,
       .summary = "Show, set, delete or copy header cards",
       .description =
           "Without --set, --delete and --copy the cards are printed. With any of them a file is "

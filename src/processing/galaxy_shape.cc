@@ -9,11 +9,7 @@
 #include "processing/smoothing.h"
 
 namespace gamer {
-namespace {
-
-constexpr double extent = 1.5;  ///< of a galaxy, Petrosian radii
-
-}  // namespace
+namespace {}  // namespace
 
 PlanePoint brightest_place(const Image& image) {
   constexpr double share = 1.0 / 32, least_width = 3;
@@ -44,7 +40,8 @@ CentredLight centre_of_light(const Plane& plane, const PlanePoint& start, int th
   for (int step = 0; step < most_steps; ++step) {
     light.petrosian = petrosian_radius(plane, light.circles,
                                        largest_radius_within(plane, light.circles), threads);
-    const LightMoments found = moments(plane, light.circles, extent * light.petrosian, 0, threads);
+    const LightMoments found =
+        moments(plane, light.circles, galaxy_extent * light.petrosian, 0, threads);
     if (!(found.flux > 0)) break;
     const double distance = std::hypot(found.x - light.circles.x(), found.y - light.circles.y());
     light.circles = light.circles.moved_to(found.x, found.y);
@@ -69,7 +66,8 @@ EllipticalLight elliptical_light(const Plane& plane, const Ellipses& start, int 
   for (int step = 0; step < most_steps; ++step) {
     light.petrosian = petrosian_radius(plane, light.ellipses,
                                        largest_radius_within(plane, light.ellipses), threads);
-    const LightMoments found = moments(plane, light.ellipses, extent * light.petrosian, 0, threads);
+    const LightMoments found =
+        moments(plane, light.ellipses, galaxy_extent * light.petrosian, 0, threads);
     const double ratio = found.axis_ratio();
     if (!std::isfinite(ratio)) break;
     const double before = light.axis_ratio, angle_before = light.angle;

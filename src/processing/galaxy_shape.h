@@ -5,6 +5,9 @@
 
 namespace gamer {
 
+/// Where a galaxy ends, Petrosian radii.
+inline constexpr double galaxy_extent = 1.5;
+
 /// A point of an image; pixels count from 0.
 struct PlanePoint {
   double x = 0, y = 0;

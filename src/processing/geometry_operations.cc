@@ -20,7 +20,7 @@
 namespace gamer {
 namespace {
 
-constexpr const char* group_name = "Geometry";
+constexpr const char* geometry_group = "Geometry";
 
 /// Larger images can only be typing errors.
 constexpr int longest_side = 1 << 18;
@@ -130,7 +130,7 @@ Operation rotate_operation() {
   }
   return {
       .name = "rotate",
-      .group = group_name,
+      .group = geometry_group,
       .summary = "Turn by any angle",
       .description = fmt::format(
           "Turns about the middle of the image, counter-clockwise with the first row at the "
@@ -166,7 +166,7 @@ int flip_file(const OperationCall& call) {
 
 Operation flip_operation() {
   return {.name = "flip",
-          .group = group_name,
+          .group = geometry_group,
           .summary = "Mirror",
           .description = fmt::format("Copies pixels in reverse order along an axis. {}", wcs_text),
           .parameters = {Parameter::choice("axis", {"x", "y", "both"}, "x",
@@ -293,7 +293,7 @@ Operation crop_operation() {
   fill.unit = "unit of the pixels";
   return {
       .name = "crop",
-      .group = group_name,
+      .group = geometry_group,
       .summary = "Cut out a box",
       .description = fmt::format(
           "Cuts out a box given in FITS pixels (the first is 1, ends are included), or by its size "
@@ -363,7 +363,7 @@ int pad_file(const OperationCall& call) {
 
 Operation pad_operation() {
   return {.name = "pad",
-          .group = group_name,
+          .group = geometry_group,
           .summary = "Add a margin",
           .description = fmt::format("Surrounds the image with pixels of one value. With --size "
                                      "the image stands in the middle; an odd pixel is added at the "
@@ -413,7 +413,7 @@ int bin_file(const OperationCall& call) {
 
 Operation bin_operation() {
   return {.name = "bin",
-          .group = group_name,
+          .group = geometry_group,
           .summary = "Join blocks of pixels",
           .description = fmt::format(
               "Each block of nx x ny pixels becomes one pixel: the sum of fluxes, or the mean of "
@@ -477,7 +477,7 @@ int resample_file(const OperationCall& call) {
 Operation resample_operation() {
   return {
       .name = "resample",
-      .group = group_name,
+      .group = geometry_group,
       .summary = "Pixels of another size",
       .description = fmt::format(
           "The kernel interpolates the running sum of the input pixels, along x and then along y. "

@@ -389,7 +389,7 @@ void InjectOperation::run() {
   output.finish();
 }
 
-constexpr const char* description =
+constexpr const char* inject_description =
     "inject SCIENCE RENDER OUT: a pixel of value v of the render adds v s to the pixel of the "
     "science image. The factor is s = 10^(-0.4 (MAGZERO - zero point)); surface brightnesses are "
     "multiplied by their pixel's arcsec^2. The zero point is the AB magnitude of the value 1 of "
@@ -458,7 +458,7 @@ Operation inject_operation() {
   return {.name = "inject",
           .group = "Detector",
           .summary = "Add a render to a science image",
-          .description = description,
+          .description = inject_description,
           .least_inputs = 2,
           .most_inputs = 2,
           .parameters = inject_parameters(),

@@ -69,24 +69,24 @@ Ring ring_at(const Image& image, const IsophoteOptions& options, double radius, 
 }
 
 /// The shape g exp(2 i angle).
-struct Shape {
+struct EllipseShape {
   Complex g;
 
   double axis_ratio() const { return (1 - std::abs(g)) / (1 + std::abs(g)); }
   double angle() const { return std::arg(g) / 2; }
 };
 
-Shape shape_of(double axis_ratio, double angle) {
+EllipseShape shape_of(double axis_ratio, double angle) {
   return {std::polar((1 - axis_ratio) / (1 + axis_ratio), 2 * angle)};
 }
 
 /// Fits the shape at a radius, from `start`; nothing where it does not converge.
-std::optional<Shape> fitted_shape(const Image& image, const IsophoteOptions& options, double radius,
-                                  const Shape& start) {
+std::optional<EllipseShape> fitted_shape(const Image& image, const IsophoteOptions& options,
+                                         double radius, const EllipseShape& start) {
   constexpr int most_steps = 50;
   constexpr double settled = 1e-4, most_change = 0.1, most_g = 0.9, least_significance = 2;
   constexpr double gradient_step = 0.1;
-  Shape shape = start;
+  EllipseShape shape = start;
   for (int i = 0; i < most_steps; ++i) {
     const double q = shape.axis_ratio(), angle = shape.angle();
     const Ring ring = ring_at(image, options, radius, q, angle);
@@ -124,7 +124,7 @@ void measure(const Image& image, const Plane& plane, const IsophoteOptions& opti
   isophote.flux = aperture_sums(plane, ellipses, radii, 0, options.threads).front().flux;
 }
 
-double half_turn(double angle) {
+double axis_angle(double angle) {
   const double turned = std::fmod(angle, std::numbers::pi);
   return turned < 0 ? turned + std::numbers::pi : turned;
 }
@@ -140,21 +140,22 @@ std::vector<Isophote> isophotes(const Image& image, const IsophoteOptions& optio
   }
   if (list.empty()) return list;
   const bool is_given = options.axis_ratio && options.angle;
-  const Shape start = shape_of(options.axis_ratio.value_or(options.start_axis_ratio),
-                               options.angle.value_or(options.start_angle));
+  const EllipseShape start = shape_of(options.axis_ratio.value_or(options.start_axis_ratio),
+                                      options.angle.value_or(options.start_angle));
   const std::size_t middle = list.size() / 2;
-  const auto fit = [&](std::size_t i, Shape& shape) {
+  const auto fit = [&](std::size_t i, EllipseShape& shape) {
     if (!is_given) {
-      const std::optional<Shape> fitted = fitted_shape(image, options, list[i].radius, shape);
+      const std::optional<EllipseShape> fitted =
+          fitted_shape(image, options, list[i].radius, shape);
       list[i].is_fitted = fitted.has_value();
       if (fitted) shape = *fitted;
     }
     list[i].axis_ratio = shape.axis_ratio();
-    list[i].angle = half_turn(shape.angle());
+    list[i].angle = axis_angle(shape.angle());
   };
-  Shape outwards = start;
+  EllipseShape outwards = start;
   fit(middle, outwards);
-  Shape inwards = outwards;
+  EllipseShape inwards = outwards;
   for (std::size_t i = middle + 1; i < list.size(); ++i) fit(i, outwards);
   for (std::size_t i = middle; i-- > 0;) fit(i, inwards);
   list = on_isophotes(image, options, std::move(list));

@@ -17,8 +17,6 @@
 namespace gamer {
 namespace {
 
-constexpr double extent = 1.5;  ///< of the galaxy, Petrosian radii
-
 /// The image with 0 for missing pixels.
 Image present_pixels(const Image& image) {
   Image present = image;
@@ -83,7 +81,7 @@ void measure_circles(const Image& image, const Plane& plane, const SkyNoise& sky
   constexpr double clump_box = 0.3, inner_share = 0.05;  // Conselice 2003
   constexpr double lotz_box = 0.25, lotz_inner = 0.25;   // Lotz et al. 2004
   const Ellipses circles(result.x, result.y);
-  const double petrosian = result.petrosian, outer = extent * petrosian;
+  const double petrosian = result.petrosian, outer = galaxy_extent * petrosian;
   const std::vector<double> radii = {outer};
   result.flux = aperture_sums(plane, circles, radii, 0, threads).front().flux;
   const auto holding = [&](double share) {
@@ -118,14 +116,15 @@ Morphology morphology(const Image& image, const MorphologyOptions& options) {
   const bool is_given = options.x && options.y;
   const PlanePoint start = is_given ? PlanePoint{*options.x, *options.y} : brightest_place(present);
   const auto [light, radius] = centre_of_light(*plane, start, threads);
-  const SkyNoise sky = options.sky_sigma
-                           ? SkyNoise(*options.sky_sigma)
-                           : SkyNoise(image, light.x(), light.y(), clear_share * extent * radius);
+  const SkyNoise sky = options.sky_sigma ? SkyNoise(*options.sky_sigma)
+                                         : SkyNoise(image, light.x(), light.y(),
+                                                    clear_share * galaxy_extent * radius);
   Morphology result;
   result.sky_sigma = sky.sigma();
   if (result.sky_sigma > 0) check_light(*plane, light, radius, result.sky_sigma, threads);
-  check_circle(image, *plane, light, extent * radius);
-  const Asymmetry least = least_asymmetry(present, light.x(), light.y(), extent * radius, sky);
+  check_circle(image, *plane, light, galaxy_extent * radius);
+  const Asymmetry least =
+      least_asymmetry(present, light.x(), light.y(), galaxy_extent * radius, sky);
   result.x = least.x;
   result.y = least.y;
   result.asymmetry = least.value;
@@ -133,7 +132,7 @@ Morphology morphology(const Image& image, const MorphologyOptions& options) {
   const Ellipses circles(least.x, least.y);
   result.petrosian =
       petrosian_radius(*plane, circles, largest_radius_within(*plane, circles), threads);
-  check_circle(image, *plane, circles, extent * result.petrosian);
+  check_circle(image, *plane, circles, galaxy_extent * result.petrosian);
   measure_circles(present, *plane, sky, threads, result);
   const EllipticalLight ellipse = elliptical_light(*plane, circles, threads);
   result.petrosian_major = ellipse.petrosian;

@@ -14,13 +14,13 @@ namespace {
 
 constexpr Colour blue = okabe_ito[0], orange = okabe_ito[1], green = okabe_ito[2],
                  purple = okabe_ito[3];
-constexpr int least_side = 800, most_side = 2000;
+constexpr int least_picture_side = 800, most_picture_side = 2000;
 
 /// Pixels of the picture by pixel of the image.
 double picture_scale(const Image& image) {
   const int side = std::max(image.width(), image.height());
-  if (side < least_side) return std::ceil(static_cast<double>(least_side) / side);
-  return side > most_side ? static_cast<double>(most_side) / side : 1;
+  if (side < least_picture_side) return std::ceil(static_cast<double>(least_picture_side) / side);
+  return side > most_picture_side ? static_cast<double>(most_picture_side) / side : 1;
 }
 
 /// Grey values: white is nothing, black the brightness at the 99.9 % quantile.

@@ -10,7 +10,7 @@
 namespace gamer {
 namespace {
 
-constexpr double half_width = 0.5;  ///< of the annulus, pixels
+constexpr double annulus_half_width = 0.5;  ///< of the annulus, pixels
 constexpr double first_radius = 1.5;
 
 /// eta at each of `radii`, which ascend. Throws InputError where there is no light.
@@ -18,7 +18,7 @@ std::vector<double> eta_at(const Plane& plane, const Ellipses& ellipses,
                            const std::vector<double>& radii, int threads) {
   std::vector<double> edges;
   for (const double radius : radii) {
-    edges.insert(edges.end(), {radius - half_width, radius, radius + half_width});
+    edges.insert(edges.end(), {radius - annulus_half_width, radius, radius + annulus_half_width});
   }
   const std::vector<ApertureSum> sums = aperture_sums(plane, ellipses, edges, 0, threads);
   std::vector<double> eta;
@@ -51,7 +51,7 @@ double largest_radius_within(const Plane& plane, const Ellipses& ellipses) {
 
 double petrosian_radius(const Plane& plane, const Ellipses& ellipses, double largest, int threads) {
   constexpr int most_steps = 200, fine_steps = 32;
-  const double last = largest - half_width;
+  const double last = largest - annulus_half_width;
   if (!(last > first_radius)) {
     throw input_error("pixel ({:.6g}, {:.6g}) is too near the image's edge for a Petrosian radius",
                       ellipses.x() + 1, ellipses.y() + 1);

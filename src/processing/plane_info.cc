@@ -61,11 +61,11 @@ void spread_card(FitsHeader& header, std::string_view key, std::size_t planes) {
   header.remove(key);
 }
 
-char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
+char lower_letter(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
 
 std::string in_small_letters(std::string_view text) {
   std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), lower);
+  std::transform(result.begin(), result.end(), result.begin(), lower_letter);
   return result;
 }
 

@@ -23,7 +23,7 @@
 namespace gamer {
 namespace {
 
-struct Columns {
+struct PositionColumns {
   std::vector<std::string> names;
   std::vector<std::vector<double>> values;
 };
@@ -36,8 +36,8 @@ bool is_fits(const std::string& path) {
   return begin == fits || begin.starts_with(zipped);
 }
 
-Columns fits_columns(const std::string& path, const std::string& hdu) {
-  Columns result;
+PositionColumns fits_columns(const std::string& path, const std::string& hdu) {
+  PositionColumns result;
   for (const DataColumn& column : read_data_table(path, hdu).columns) {
     if (const auto* reals = std::get_if<std::vector<double>>(&column.values)) {
       result.values.push_back(*reals);
@@ -65,10 +65,10 @@ std::vector<std::string> words_of(const std::string& line) {
   return words;
 }
 
-Columns text_columns(const std::string& path) {
+PositionColumns text_columns(const std::string& path) {
   std::ifstream file(path);
   if (!file) throw input_error("{}: cannot read", path);
-  Columns result;
+  PositionColumns result;
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
     const std::vector<std::string> words = words_of(line);
@@ -90,7 +90,7 @@ Columns text_columns(const std::string& path) {
   return result;
 }
 
-std::optional<std::size_t> column_of(const Columns& columns, std::string_view name) {
+std::optional<std::size_t> column_of(const PositionColumns& columns, std::string_view name) {
   const auto found = std::ranges::find_if(
       columns.names, [&](const std::string& column) { return lower(column) == name; });
   if (found == columns.names.end()) return std::nullopt;
@@ -108,7 +108,7 @@ PositionTable read_positions(const std::string& name) {
     path = name.substr(0, bracket);
     hdu = name.substr(bracket + 1, name.size() - bracket - 2);
   }
-  Columns columns = is_fits(path) ? fits_columns(path, hdu) : text_columns(path);
+  PositionColumns columns = is_fits(path) ? fits_columns(path, hdu) : text_columns(path);
   struct Names {
     const char *x, *y;
     bool is_sky;

@@ -16,7 +16,7 @@
 namespace gamer {
 namespace {
 
-constexpr double pi_value = std::numbers::pi;
+using std::numbers::pi;
 constexpr double sigma_per_fwhm = 1 / 2.3548200450309493;
 
 struct FftwFree {
@@ -63,14 +63,14 @@ class Field {
 };
 
 /// Moments of f(value) over the pixels where it is finite.
-struct Shape {
+struct ValueMoments {
   std::int64_t count = 0;
   double mean = 0, sigma = 0, skewness = 0;
 };
 
 template <class Function>
-Shape shape(Field& field, Function function) {
-  Shape result;
+ValueMoments moments_of_values(Field& field, Function function) {
+  ValueMoments result;
   double sum = 0;
   for (int y = 0; y < field.height(); ++y) {
     double row = 0;
@@ -109,7 +109,7 @@ std::vector<double> window(const SpectrumOptions& options, int side) {
   for (int i = 0; i < side; ++i) {
     const double distance = std::min(i, side - 1 - i) + 0.5;
     if (distance >= rise) continue;
-    const double sine = std::sin(pi_value / 2 * distance / rise);
+    const double sine = std::sin(pi / 2 * distance / rise);
     weights[static_cast<std::size_t>(i)] = sine * sine;
   }
   return weights;
@@ -165,7 +165,7 @@ std::vector<PowerSpectrum::Annulus> average(Field& field) {
 
 void correct(const SpectrumOptions& options, PowerSpectrum::Annulus& annulus) {
   constexpr double least_transfer = 1e-6;
-  const double phase = 2 * pi_value * options.psf_fwhm * sigma_per_fwhm * annulus.frequency;
+  const double phase = 2 * pi * options.psf_fwhm * sigma_per_fwhm * annulus.frequency;
   const double transfer = std::exp(-phase * phase);
   annulus.power =
       transfer < least_transfer ? no_value : (annulus.power - options.white_level) / transfer;
@@ -241,13 +241,14 @@ PowerSpectrum power_spectrum(const Plane& plane, const SpectrumOptions& options,
   PowerSpectrum result;
   result.width = plane.width();
   result.height = plane.height();
-  const Shape values = shape(field, [](double value) { return value; });
+  const ValueMoments values = moments_of_values(field, [](double value) { return value; });
   if (values.count == 0) {
     throw input_error("{}: no pixel has a value that can be used", label);
   }
-  const Shape logarithms = options.logarithm ? values : shape(field, [](double value) {
-    return value > 0 ? std::log(value) : no_value;
-  });
+  const ValueMoments logarithms =
+      options.logarithm ? values : moments_of_values(field, [](double value) {
+        return value > 0 ? std::log(value) : no_value;
+      });
   result.count = values.count;
   result.missing = static_cast<std::int64_t>(plane.width()) * plane.height() - values.count;
   result.mean = values.mean;

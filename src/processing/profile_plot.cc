@@ -12,11 +12,9 @@
 namespace gamer {
 namespace {
 
-constexpr int image_width = 1200, image_height = 1200;
+constexpr int profile_height = 1200;
 constexpr double left_side = 130, right_side = 1160;
-constexpr double font_size = Drawing::font_size;
-constexpr Colour black = {0.1, 0.1, 0.1}, grey = {0.88, 0.88, 0.88};
-constexpr double dot_radius = 3.5;
+constexpr double profile_dot = 3.5;
 
 /// A linear axis: values `low` to `high` at pixels `first` to `last`.
 struct LinearScale {
@@ -110,7 +108,7 @@ void draw_legend(Drawing& drawing, const std::vector<ProfileCurve>& curves) {
 void write_profile_plot(const std::filesystem::path& path, const std::vector<ProfileCurve>& curves,
                         const std::vector<double>& angles, const std::string& unit,
                         bool overwrite) {
-  Drawing drawing(image_width, image_height);
+  Drawing drawing(plot_width, profile_height);
   const std::vector<Isophote>& shapes = curves.front().isophotes;
   const double outer = shapes.empty() ? 1 : shapes.back().radius;
   const LinearScale x = {0, 1.03 * outer, left_side, right_side};
@@ -130,19 +128,19 @@ void write_profile_plot(const std::filesystem::path& path, const std::vector<Pro
     for (std::size_t j = 0; j < curves[i].magnitudes.size(); ++j) {
       const double value = curves[i].magnitudes[j];
       if (std::isfinite(value)) {
-        drawing.dot(x(curves[i].isophotes[j].radius), brightness(value), dot_radius);
+        drawing.dot(x(curves[i].isophotes[j].radius), brightness(value), profile_dot);
       }
     }
     if (curves[i].disk) draw_disk(drawing, x, brightness, curves[i]);
   }
   drawing.colour(okabe_ito[0]);
   for (std::size_t j = 0; j < shapes.size(); ++j) {
-    drawing.dot(x(shapes[j].radius), ellipticity(ellipticities[j]), dot_radius);
-    drawing.dot(x(shapes[j].radius), angle(angles[j]), dot_radius);
+    drawing.dot(x(shapes[j].radius), ellipticity(ellipticities[j]), profile_dot);
+    drawing.dot(x(shapes[j].radius), angle(angles[j]), profile_dot);
   }
   draw_legend(drawing, curves);
   drawing.colour(black);
-  drawing.text("semi-major axis (pixels)", (x.first + x.last) / 2, image_height - font_size, 0.5);
+  drawing.text("semi-major axis (pixels)", (x.first + x.last) / 2, profile_height - font_size, 0.5);
   drawing.write(path, overwrite);
 }
 

@@ -20,8 +20,6 @@
 namespace gamer {
 namespace {
 
-constexpr double percent = 0.01;
-
 constexpr double default_display_gamma = 2.2;
 
 struct Source {

@@ -15,11 +15,11 @@
 namespace gamer {
 namespace {
 
-constexpr double quarter_turn = 90, full_circle = 360;
+constexpr double right_angle = 90, full_circle = 360;
 
 /// Number of quarter turns, 0 to 3, where the angle is a multiple of 90 degrees.
 std::optional<int> quarter_count(double angle) {
-  const double quarters = std::fmod(angle, full_circle) / quarter_turn;
+  const double quarters = std::fmod(angle, full_circle) / right_angle;
   if (quarters != std::round(quarters)) return std::nullopt;
   return static_cast<int>(quarters);
 }

@@ -13,7 +13,7 @@
 namespace gamer {
 namespace {
 
-constexpr double full_circle = 360, pole = 90;  // deg
+constexpr double largest_ra = 360, largest_dec = 90;  // deg
 constexpr double degrees_per_hour = 15;
 
 }  // namespace
@@ -30,7 +30,7 @@ SkyPosition parse_sky_position(const std::string& text) {
         "(10:00:24,+2:12:00)",
         in_quotes(text));
   }
-  if (std::abs(*ra) > full_circle || std::abs(*dec) > pole) {
+  if (std::abs(*ra) > largest_ra || std::abs(*dec) > largest_dec) {
     throw input_error(
         "{}: RA {:g} deg and Dec {:g} deg; RA is within [-360, 360], Dec within [-90, 90]",
         in_quotes(text), *ra, *dec);

@@ -11,15 +11,13 @@
 namespace gamer {
 namespace {
 
-constexpr int image_width = 1200, image_height = 900;
+constexpr int spectrum_height = 900;
 constexpr double left_margin = 130, right_margin = 40, top_margin = 40,
                  bottom_margin = 95;  ///< margins
-constexpr double font_size = Drawing::font_size;
 constexpr double tick_length = 10, minor_tick = 5;
-constexpr double dot_radius = 2.5;
+constexpr double spectrum_dot = 2.5;
 
-constexpr Colour black = {0.1, 0.1, 0.1};
-constexpr Colour grey = {0.88, 0.88, 0.88}, light_grey = {0.95, 0.95, 0.95};
+constexpr Colour light_grey = {0.95, 0.95, 0.95};
 
 /// A logarithmic axis: values `low` to `high` at pixels `first` to `last`.
 struct Axis {
@@ -88,7 +86,8 @@ void draw_axes(Drawing& drawing, const Axis& x, const Axis& y, const std::string
       drawing.power_of_ten(exponent, x.first - tick_length, y(value) + font_size / 3, 1);
     }
   });
-  drawing.text("k (waves per shorter side)", (x.first + x.last) / 2, image_height - font_size, 0.5);
+  drawing.text("k (waves per shorter side)", (x.first + x.last) / 2, spectrum_height - font_size,
+               0.5);
   drawing.text_upwards(unit.empty() ? "power" : fmt::format("power ({})²", unit), 1.5 * font_size,
                        (y.first + y.last) / 2);
 }
@@ -99,7 +98,7 @@ void draw_curve(Drawing& drawing, const Axis& x, const Axis& y, const PowerSpect
   drawing.clip();
   drawing.colour(colour, 0.7);
   for (const PowerSpectrum::Annulus& annulus : spectrum.annuli) {
-    if (annulus.power > 0) drawing.dot(x(annulus.k), y(annulus.power), dot_radius);
+    if (annulus.power > 0) drawing.dot(x(annulus.k), y(annulus.power), spectrum_dot);
   }
   const PowerSpectrum::Fit& fit = spectrum.fit;
   if (std::isfinite(fit.slope)) {
@@ -153,15 +152,15 @@ void write_spectrum_plot(const std::filesystem::path& path, std::span<const Spec
   }
   if (!(most > 0)) least = most = 1;
   constexpr double room = 1.1, headroom = 3;
-  const Axis x = {1 / room, highest_k * room, left_margin, image_width - right_margin};
-  Axis y = {least / room / room, most * headroom, image_height - bottom_margin, top_margin};
+  const Axis x = {1 / room, highest_k * room, left_margin, plot_width - right_margin};
+  Axis y = {least / room / room, most * headroom, spectrum_height - bottom_margin, top_margin};
   // The axis of a flat spectrum still needs numbers.
   constexpr double two_decades = 100;
   if (y.high / y.low < two_decades) {
     y.low = std::pow(10.0, std::floor(std::log10(y.low)));
     y.high = std::pow(10.0, std::ceil(std::log10(y.high)));
   }
-  Drawing drawing(image_width, image_height);
+  Drawing drawing(plot_width, spectrum_height);
   draw_axes(drawing, x, y, unit);
   for (std::size_t i = 0; i < curves.size(); ++i) {
     draw_curve(drawing, x, y, curves[i].spectrum, okabe_ito[i % okabe_ito.size()]);

@@ -36,7 +36,7 @@ class Sum {
 };
 
 /// Pixels of a piece of a row; its moments about its own mean are computed in the cache.
-constexpr int piece_size = 4096;
+constexpr int values_at_once = 4096;
 constexpr int lane_count = 8;
 
 /// Independent sums that compilers turn into vector code.
@@ -87,9 +87,10 @@ class StatisticsPass {
  public:
   void take(const Area& area, const double* values) {
     for (int row = 0; row < area.height; ++row) {
-      for (int x = 0; x < area.width; x += piece_size) {
+      for (int x = 0; x < area.width; x += values_at_once) {
         const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * area.width + x;
-        take_piece(values + first, std::min(piece_size, area.width - x), area.x + x, area.y + row);
+        take_piece(values + first, std::min(values_at_once, area.width - x), area.x + x,
+                   area.y + row);
       }
     }
   }
@@ -178,7 +179,7 @@ class StatisticsPass {
   Statistics statistics_;
   Sum sum_;
   double mean_ = 0, squares_ = 0;
-  std::array<double, piece_size> kept_;
+  std::array<double, values_at_once> kept_;
 };
 
 /// Largest number of values in memory.

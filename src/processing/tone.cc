@@ -17,9 +17,9 @@ namespace gamer {
 namespace {
 
 /// Planes stacked on top of each other; narrower planes are filled with NaN.
-class StackedPlane final : public Plane {
+class JoinedPlane final : public Plane {
  public:
-  explicit StackedPlane(std::span<const PlanePtr> planes)
+  explicit JoinedPlane(std::span<const PlanePtr> planes)
       : Plane(widest(planes), total_height(planes)), planes_(planes.begin(), planes.end()) {}
 
   void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
@@ -59,7 +59,7 @@ class StackedPlane final : public Plane {
 
 Statistics statistics_of(std::span<const PlanePtr> planes, int threads) {
   return planes.size() == 1 ? statistics(*planes.front(), threads)
-                            : statistics(StackedPlane(planes), threads);
+                            : statistics(JoinedPlane(planes), threads);
 }
 
 LinearTone scale_to(double wanted, double measured, const char* what) {
@@ -111,7 +111,7 @@ Limits quantile_limits(std::span<const PlanePtr> planes, double low, double high
   const std::array fractions = {low, high};
   const std::vector<double> values = planes.size() == 1
                                          ? quantiles(*planes.front(), fractions, threads)
-                                         : quantiles(StackedPlane(planes), fractions, threads);
+                                         : quantiles(JoinedPlane(planes), fractions, threads);
   if (std::isnan(values[0])) throw InputError("no pixel has a finite value");
   return {values[0], values[1]};
 }

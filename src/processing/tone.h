@@ -18,6 +18,9 @@ LinearTone tone_to_total(std::span<const PlanePtr> planes, double total, int thr
 LinearTone tone_to_peak(std::span<const PlanePtr> planes, double peak, int threads);
 LinearTone tone_to_mean(std::span<const PlanePtr> planes, double mean, int threads);
 
+/// Percentages as fractions.
+inline constexpr double percent = 0.01;
+
 /// Values below which the fractions `low` and `high` in [0, 1] of all planes' finite pixels lie;
 /// exact (see quantiles()). Throws InputError where there is no finite pixel.
 struct Limits {

@@ -19,8 +19,6 @@
 namespace gamer {
 namespace {
 
-constexpr double percent = 0.01;
-
 // ---- One tone for each plane or for the file ---------------------------------------------------
 
 const Parameter& per_parameter() {

@@ -21,9 +21,6 @@ constexpr std::string_view view_middle = "middle of the image";
 // Key of the header in the record.
 constexpr const char* header_name = "camera.header";
 
-/// Coordinate of the image's middle along a side of `size` pixels.
-double middle(int size) { return 0.5 * (size - 1); }
-
 SkyView view_of(const RenderParameters& parameters) {
   SkyView view = parameters.camera.sky;
   view.width = parameters.width;
@@ -225,7 +222,7 @@ std::optional<Ray> Camera::ray(double x, double y) const {
     return Ray{position_, way->x * right_ + way->y * up_ - way->z * back_};
   }
   const glm::dvec3 offset =
-      pixel_ * (x - middle(width_)) * right_ + pixel_ * (y - middle(height_)) * up_;
+      pixel_ * (x - middle_pixel(width_)) * right_ + pixel_ * (y - middle_pixel(height_)) * up_;
   if (projection_ == Projection::perspective) return Ray{position_, glm::normalize(offset - back_)};
   return Ray{position_ + offset, -back_};
 }
@@ -248,7 +245,7 @@ void Camera::rays(std::span<const glm::dvec2> places, std::span<std::optional<Ra
 
 Camera::HalfSpace Camera::beyond(int axis, double place) const {
   const glm::dvec3& across = axis == 0 ? right_ : up_;
-  const double offset = pixel_ * (place - middle(axis == 0 ? width_ : height_));
+  const double offset = pixel_ * (place - middle_pixel(axis == 0 ? width_ : height_));
   if (projection_ == Projection::orthographic) return {across, offset};
   return {across + offset * back_, 0};
 }
@@ -268,15 +265,15 @@ std::optional<glm::dvec2> Camera::pixel(const glm::dvec3& point) const {
   }
   if (!(along > 0)) return std::nullopt;
   const double unit = projection_ == Projection::perspective ? pixel_ * along : pixel_;
-  return glm::dvec2(middle(width_) + glm::dot(way, right_) / unit,
-                    middle(height_) + glm::dot(way, up_) / unit);
+  return glm::dvec2(middle_pixel(width_) + glm::dot(way, right_) / unit,
+                    middle_pixel(height_) + glm::dot(way, up_) / unit);
 }
 
 double Camera::solid_angle(double x, double y) const {
   if (sphere_) return sphere_->solid_angle(x, y);
   if (projection_ == Projection::orthographic) return pixel_ * pixel_;
   if (projection_ == Projection::perspective) {
-    const double u = pixel_ * (x - middle(width_)), v = pixel_ * (y - middle(height_));
+    const double u = pixel_ * (x - middle_pixel(width_)), v = pixel_ * (y - middle_pixel(height_));
     return pixel_ * pixel_ / std::pow(1 + u * u + v * v, 1.5);
   }
   // Parallelogram of the pixel's middle lines; at the edge of the sky a smaller one, scaled up.
@@ -363,13 +360,13 @@ LinearAxis Camera::x_axis() const {
   const bool is_perspective = projection_ == Projection::perspective;
   const double step = is_perspective ? glm::degrees(pixel_) : pixel_;
   return {is_perspective ? "XTAN" : "X", is_perspective ? "deg" : unit_,
-          middle(width_) + 1 - window_.left, 0, step};
+          middle_pixel(width_) + 1 - window_.left, 0, step};
 }
 
 LinearAxis Camera::y_axis() const {
   LinearAxis axis = x_axis();
   axis.type = projection_ == Projection::perspective ? "YTAN" : "Y";
-  axis.reference_pixel = middle(height_) + 1 - window_.bottom;
+  axis.reference_pixel = middle_pixel(height_) + 1 - window_.bottom;
   return axis;
 }
 

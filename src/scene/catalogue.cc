@@ -10,8 +10,6 @@
 namespace gamer {
 namespace {
 
-constexpr const char* no_value = "-";
-
 TextCatalogue read(std::string_view text, const std::string& label, CatalogueFormat format,
                    const std::string& table) {
   switch (format) {
@@ -82,7 +80,7 @@ Catalogue Catalogue::from_table(DataTable table, const std::string& label) {
     std::visit([&](auto& values) { made.cells = std::move(values); }, column.values);
     if (auto* texts = std::get_if<std::vector<std::string>>(&made.cells)) {
       for (std::string& text : *texts) {
-        if (text.empty()) text = no_value;
+        if (text.empty()) text = no_value_word;
       }
     }
     catalogue.columns_.push_back(std::move(made));

@@ -28,14 +28,14 @@ constexpr Column sky_columns[] = {column::ra,
                                   column::size_arcsec,
                                   column::half_light_radius,
                                   column::half_light_radius_kpc};
-constexpr Column other_columns[] = {column::x,  column::y,  column::z,   column::ox,
-                                    column::oy, column::oz, column::size};
+constexpr Column scene_only_columns[] = {column::x,  column::y,  column::z,   column::ox,
+                                         column::oy, column::oz, column::size};
 
 bool applies(Column column, bool is_sky) {
   const auto holds = [&](const auto& list) {
     return std::find(std::begin(list), std::end(list), column) != std::end(list);
   };
-  return is_sky ? !holds(other_columns) : !holds(sky_columns);
+  return is_sky ? !holds(scene_only_columns) : !holds(sky_columns);
 }
 
 /// Factor that converts a value from the catalogue's unit; nothing where the unit does not fit.

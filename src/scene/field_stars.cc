@@ -12,8 +12,8 @@
 namespace gamer {
 namespace {
 
-constexpr int bands = 720;
-constexpr double height = 180.0 / bands;  // deg
+constexpr int band_count = 720;
+constexpr double band_height = 180.0 / band_count;  // deg
 
 /// The magnitude below which the share u of the stars lies.
 double magnitude_at(const FieldStarParameters& parameters, double u) {
@@ -35,11 +35,11 @@ void visit_field_stars(const FieldStarParameters& parameters,
                        const std::function<void(const FieldStar& star)>& take) {
   if (!(parameters.number > 0)) return;
   // Half a cell's diagonal.
-  const double radius = glm::radians(height) * 0.5 * std::numbers::sqrt2;
-  for (int band = 0; band < bands; ++band) {
-    const double south = -90 + band * height, north = south + height;
+  const double radius = glm::radians(band_height) * 0.5 * std::numbers::sqrt2;
+  for (int band = 0; band < band_count; ++band) {
+    const double south = -90 + band * band_height, north = south + band_height;
     const double widest = std::max(std::cos(glm::radians(south)), std::cos(glm::radians(north)));
-    const int cells = std::max(static_cast<int>(std::ceil(360 * widest / height)), 1);
+    const int cells = std::max(static_cast<int>(std::ceil(360 * widest / band_height)), 1);
     const double low = std::sin(glm::radians(south)), high = std::sin(glm::radians(north));
     const double square_degrees = 360.0 / cells * glm::degrees(high - low);
     for (int cell = 0; cell < cells; ++cell) {

@@ -18,7 +18,7 @@ struct UnitName {
   const char* name;
 };
 
-constexpr UnitName units[] = {
+constexpr UnitName pixel_units[] = {
     {PixelUnit::relative, "relative"},
     {PixelUnit::nanojansky, "nJy"},
     {PixelUnit::megajansky_per_sr, "MJy/sr"},
@@ -29,12 +29,12 @@ constexpr UnitName units[] = {
 
 std::vector<std::string> unit_names() {
   std::vector<std::string> names = {"auto"};
-  for (const UnitName& unit : units) names.emplace_back(unit.name);
+  for (const UnitName& unit : pixel_units) names.emplace_back(unit.name);
   return names;
 }
 
 std::optional<PixelUnit> find_unit(const std::string& name) {
-  for (const UnitName& unit : units) {
+  for (const UnitName& unit : pixel_units) {
     if (name == unit.name) return unit.unit;
   }
   return std::nullopt;

@@ -98,7 +98,7 @@ std::string bulge_and_disk(double share, double index, double ratio, double flat
 
 namespace {
 
-constexpr const char* head = "[galaxy]\nname = \"Sersic\"\n";
+constexpr const char* galaxy_head = "[galaxy]\nname = \"Sersic\"\n";
 
 /// Share of a profile's light before the taper that its ball holds.
 constexpr double held_light = 0.999;
@@ -116,7 +116,7 @@ std::vector<std::string_view> arguments_of(const std::string& name, std::string_
   return words;
 }
 
-double index_of(std::string_view word) { return number(word, "index", Interval::closed(0.5, 10)); }
+double index_in(std::string_view word) { return number(word, "index", Interval::closed(0.5, 10)); }
 
 double flattening_of(std::string_view word) {
   return number(word, "axis_ratio", Interval::closed(0.05, 1));
@@ -143,8 +143,8 @@ std::string sersic_component(const std::string& sed, double index, double radius
 /// The text of a galaxy named by sersic_galaxy().
 std::string make_sersic(const std::string& name) {
   const auto words = arguments_of(name, sersic_opening, 2, "sersic(index,axis_ratio)");
-  const double n = index_of(words[0]), flattening = flattening_of(words[1]);
-  return head +
+  const double n = index_in(words[0]), flattening = flattening_of(words[1]);
+  return galaxy_head +
          sersic_component("E", n, std::max(taper_start / reach_of(n), least_radius), flattening);
 }
 
@@ -154,11 +154,11 @@ std::string make_two(const std::string& name) {
                                   "sersic+exponential(bulge_fraction,index,bulge_radius_ratio,"
                                   "axis_ratio)");
   const double share = number(words[0], "bulge_fraction", Interval::closed(0, 1));
-  const double n = index_of(words[1]), flattening = flattening_of(words[3]);
+  const double n = index_in(words[1]), flattening = flattening_of(words[3]);
   const double ratio = number(words[2], "bulge_radius_ratio", Interval::closed(0.01, 10));
   const double reach = std::max(share < 1 ? reach_of(1) : 0, share > 0 ? ratio * reach_of(n) : 0);
   const double disk = std::max(taper_start / reach, least_radius * std::max(1.0, 1 / ratio));
-  std::string text = head;
+  std::string text = galaxy_head;
   if (share > 0) {
     text += sersic_component("E", n, ratio * disk, flattening) +
             fmt::format("name = \"bulge\"\nfraction = {}\n", share);

@@ -29,7 +29,7 @@ std::span<const ParameterSection> render_parameter_sections() {
 
 namespace {
 
-std::size_t index_of(std::string_view section) {
+std::size_t section_index(std::string_view section) {
   const std::span<const ParameterSection> declared = render_parameter_sections();
   for (std::size_t i = 0; i < declared.size(); ++i) {
     if (declared[i].name == section) return i;
@@ -202,15 +202,15 @@ void RenderParameters::add_overrides(const ConfigNode& galaxies) {
     throw input_error(galaxies.where, "{0} must be a section [{0}.TYPE.COMPONENT], not {1}",
                       galaxy_section, galaxies.type_name());
   }
-  ParameterSet& scene_values = sections_[index_of("scene")];
+  ParameterSet& scene_values = sections_[section_index("scene")];
   std::vector<std::string> overrides = scene_values.texts("overrides");
   std::ranges::copy(assignments(galaxies), std::back_inserter(overrides));
   scene_values.set("overrides", overrides);
 }
 
 void RenderParameters::set_view_defaults() {
-  ParameterSet& image_values = sections_[index_of("image")];
-  ParameterSet& camera_values = sections_[index_of("camera")];
+  ParameterSet& image_values = sections_[section_index("image")];
+  ParameterSet& camera_values = sections_[section_index("camera")];
   const std::string& kind = camera_values.text("projection");
   if (kind == "fisheye" && !camera_values.is_given("fov")) camera_values.set("fov", dome);
   if (kind == "equirectangular" && !image_values.is_given("size"))
@@ -234,19 +234,19 @@ void RenderParameters::set_view_defaults() {
 
 void RenderParameters::set(std::string_view section_name, std::string_view key,
                            const ParameterValue& value) {
-  sections_[index_of(section_name)].set(key, value);
+  sections_[section_index(section_name)].set(key, value);
   resolve();
 }
 
 void RenderParameters::set(const std::vector<Setting>& settings) {
   for (const Setting& setting : settings) {
-    sections_[index_of(setting.section)].set(setting.key, setting.value);
+    sections_[section_index(setting.section)].set(setting.key, setting.value);
   }
   resolve();
 }
 
 const ParameterSet& RenderParameters::section(std::string_view name) const {
-  return sections_[index_of(name)];
+  return sections_[section_index(name)];
 }
 
 bool RenderParameters::applies(std::string_view section_name, std::string_view key) const {
@@ -267,7 +267,7 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
     return set.number("number") > 0;
   }
   if (section_name == "spectrum" && key == "wavelengths") return !spectrum.wavelengths.empty();
-  const auto& conditions = render_parameter_sections()[index_of(section_name)].conditions;
+  const auto& conditions = render_parameter_sections()[section_index(section_name)].conditions;
   return std::ranges::all_of(conditions, [&](const KeyCondition& condition) {
     return condition.key != key || condition.holds(set);
   });

@@ -9,7 +9,7 @@
 namespace gamer {
 namespace {
 
-constexpr char begin = '{', end = '}', separator = ';';
+constexpr char overrides_begin = '{', overrides_end = '}', separator = ';';
 
 bool is_parameter(const std::string& name) {
   const auto dot = name.find('.');
@@ -48,12 +48,12 @@ std::size_t end_of_assignment(const std::string& overrides, std::size_t first) {
 
 std::string join_type(const OverriddenType& type) {
   if (type.overrides.empty()) return type.name;
-  return fmt::format("{}{}{}{}", type.name, begin, type.overrides, end);
+  return fmt::format("{}{}{}{}", type.name, overrides_begin, type.overrides, overrides_end);
 }
 
 OverriddenType split_type(const std::string& type) {
-  const auto first = type.find(begin);
-  if (first == std::string::npos || !type.ends_with(end)) return {type, ""};
+  const auto first = type.find(overrides_begin);
+  if (first == std::string::npos || !type.ends_with(overrides_end)) return {type, ""};
   return {type.substr(0, first), type.substr(first + 1, type.size() - first - 2)};
 }
 

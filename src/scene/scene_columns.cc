@@ -114,7 +114,7 @@ ParameterTable light_columns() {
   };
 }
 
-ParameterTable other_columns() {
+ParameterTable spectrum_columns() {
   return {
       Parameter::text("sed", std::nullopt,
                       "spectrum of a star (default `flat_fnu`), or of all components of a galaxy"),
@@ -131,8 +131,8 @@ ParameterTable other_columns() {
 }  // namespace
 
 const ParameterTable& scene_columns() {
-  static const ParameterTable columns =
-      place_columns() + orientation_columns() + shape_columns() + light_columns() + other_columns();
+  static const ParameterTable columns = place_columns() + orientation_columns() + shape_columns() +
+                                        light_columns() + spectrum_columns();
   return columns;
 }
 

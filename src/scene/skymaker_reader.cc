@@ -22,25 +22,27 @@ namespace {
 // them (its doc/src/Output.rst). Positions are FITS pixels. Position angles are degrees
 // counterclockwise from the image's x axis to the major axis; radii lie along it (src/galaxies.c,
 // make_sersic). SkyMaker's output has one more word, the noise area.
-enum Word : std::size_t {
-  code,
-  x,
-  y,
-  magnitude,
-  bulge_share,
-  bulge_radius,  // effective, arcsec
-  bulge_aspect,
-  bulge_angle,
-  scale_length,  // of the disk, arcsec
-  disk_aspect,
-  disk_angle,
-  redshift,
-  hubble_type,
-  noise_area,
-  word_count
+struct Word {
+  enum Index : std::size_t {
+    code,
+    x,
+    y,
+    magnitude,
+    bulge_share,
+    bulge_radius,  // effective, arcsec
+    bulge_aspect,
+    bulge_angle,
+    scale_length,  // of the disk, arcsec
+    disk_aspect,
+    disk_angle,
+    redshift,
+    hubble_type,
+    noise_area,
+    word_count
+  };
 };
 
-constexpr std::array<const char*, word_count> names = {
+constexpr std::array<const char*, Word::word_count> names = {
     "the code",
     "x",
     "y",
@@ -59,8 +61,8 @@ constexpr std::array<const char*, word_count> names = {
 
 constexpr double star_code = 100;
 constexpr double galaxy_code = 200;
-constexpr std::size_t star_words = magnitude + 1;
-constexpr std::size_t galaxy_words = disk_angle + 1;
+constexpr std::size_t star_words = Word::magnitude + 1;
+constexpr std::size_t galaxy_words = Word::disk_angle + 1;
 
 // SkyMaker draws no disk with a smaller share of the light.
 constexpr double smallest_disk_share = 0.001;
@@ -88,14 +90,14 @@ class Row {
  public:
   Row(const std::string& label, const TextLine& line, const std::vector<LineWord>& words)
       : label_(label), line_(line), words_(words) {
-    const std::size_t count = std::min<std::size_t>(words.size(), word_count);
-    for (std::size_t i = 0; i < count; ++i) values_[i] = parse(static_cast<Word>(i));
+    const std::size_t count = std::min<std::size_t>(words.size(), Word::word_count);
+    for (std::size_t i = 0; i < count; ++i) values_[i] = parse(static_cast<Word::Index>(i));
   }
 
-  bool has(Word word) const { return word < words_.size(); }
-  double operator[](Word word) const { return values_[word]; }
+  bool has(Word::Index word) const { return word < words_.size(); }
+  double operator[](Word::Index word) const { return values_[word]; }
 
-  double within(Word word, const Interval& interval, const char* unit = "") const {
+  double within(Word::Index word, const Interval& interval, const char* unit = "") const {
     if (!interval.contains(values_[word])) {
       fail(word, fmt::format("{} = {} is outside {}{}", names[word], words_[word].text,
                              interval.text(), unit));
@@ -108,7 +110,7 @@ class Row {
   }
 
  private:
-  double parse(Word word) const {
+  double parse(Word::Index word) const {
     std::string_view text = words_[word].text;
     // std::from_chars rejects the plus sign that SkyMaker writes.
     if (!text.starts_with("+-")) text = without_plus(text);
@@ -123,7 +125,7 @@ class Row {
   const std::string& label_;
   const TextLine& line_;
   const std::vector<LineWord>& words_;
-  std::array<double, word_count> values_{};
+  std::array<double, Word::word_count> values_{};
 };
 
 /// SED of a disk: that of the nearest of Stuff's types, and of the later one midway between two.
@@ -166,29 +168,29 @@ Shape shape_of(const Row& row) {
   const Interval aspects = Interval::left_open(0, 1);
   constexpr const char* arcsec = " (arcsec)";
   MadeGalaxy made;
-  made.bulge_share = row.within(bulge_share, Interval::closed(0, 1));
+  made.bulge_share = row.within(Word::bulge_share, Interval::closed(0, 1));
   if (1 - made.bulge_share <= smallest_disk_share) made.bulge_share = 1;
   made.bulge_sed = "E";
-  made.disk_sed = disk_sed(row[hubble_type]);
+  made.disk_sed = disk_sed(row[Word::hubble_type]);
   const bool bulge = made.bulge_share > 0;
   const bool disk = made.bulge_share < 1;
   double effective = 0, scale = 0, radius = 0;
   if (bulge) {
-    effective = row.within(bulge_radius, lengths, arcsec);
+    effective = row.within(Word::bulge_radius, lengths, arcsec);
     radius = bulge_reach * effective;
-    made.flattening = row.within(bulge_aspect, aspects);
+    made.flattening = row.within(Word::bulge_aspect, aspects);
   }
   if (disk) {
-    scale = row.within(scale_length, lengths, arcsec);
+    scale = row.within(Word::scale_length, lengths, arcsec);
     radius = std::max(radius, disk_reach * scale);
   }
   radius /= taper_start;
   made.bulge_radius = std::max(effective / radius, smallest_share);
   made.scale_length = std::max(scale / radius, smallest_share);
 
-  Shape shape{"", radius, edge_on, row[disk ? disk_angle : bulge_angle]};
+  Shape shape{"", radius, edge_on, row[disk ? Word::disk_angle : Word::bulge_angle]};
   if (disk) {
-    const double cosine2 = disk_cosine2(row.within(disk_aspect, aspects));
+    const double cosine2 = disk_cosine2(row.within(Word::disk_aspect, aspects));
     shape.inclination = std::acos(std::sqrt(cosine2)) / degree;
     if (bulge) made.flattening = bulge_flattening(made.flattening, cosine2);
   } else {
@@ -222,11 +224,11 @@ class Columns {
 };
 
 void Columns::add(const Row& row) {
-  px_.push_back(row[x]);
-  py_.push_back(row[y]);
-  magnitudes_.push_back(row[magnitude]);
+  px_.push_back(row[Word::x]);
+  py_.push_back(row[Word::y]);
+  magnitudes_.push_back(row[Word::magnitude]);
   ids_.push_back(static_cast<std::int64_t>(ids_.size()) + 1);
-  if (row[code] == star_code) {
+  if (row[Word::code] == star_code) {
     types_.emplace_back(star);
     for (std::vector<double>* column : {&sizes_, &inclinations_, &angles_, &redshifts_}) {
       column->push_back(no_value);
@@ -238,44 +240,46 @@ void Columns::add(const Row& row) {
   sizes_.push_back(shape.radius);
   inclinations_.push_back(shape.inclination);
   angles_.push_back(shape.angle - 90);
-  redshifts_.push_back(row.has(redshift) ? row[redshift] : no_value);
+  redshifts_.push_back(row.has(Word::redshift) ? row[Word::redshift] : no_value);
 }
 
 void Columns::move_to(TextCatalogue& table, const std::string& label) {
-  const auto add = [&](const char* name, const char* unit, Word word, Catalogue::Cells cells) {
+  const auto add = [&](const char* name, const char* unit, Word::Index word,
+                       Catalogue::Cells cells) {
     table.columns.push_back({name, unit, {label, 0, 0}, std::move(cells), {}});
     table.places.words.push_back(word);
   };
-  add("galaxy", "", code, std::move(types_));
-  add("px", "pixel", x, std::move(px_));
-  add("py", "pixel", y, std::move(py_));
-  add("apparent_magnitude", "mag", magnitude, std::move(magnitudes_));
-  add("size_arcsec", "arcsec", bulge_radius, std::move(sizes_));
-  add("inclination", "deg", disk_aspect, std::move(inclinations_));
-  add("pa", "deg", disk_angle, std::move(angles_));
-  add("redshift", "", redshift, std::move(redshifts_));
-  add("id", "", code, std::move(ids_));
+  add("galaxy", "", Word::code, std::move(types_));
+  add("px", "pixel", Word::x, std::move(px_));
+  add("py", "pixel", Word::y, std::move(py_));
+  add("apparent_magnitude", "mag", Word::magnitude, std::move(magnitudes_));
+  add("size_arcsec", "arcsec", Word::bulge_radius, std::move(sizes_));
+  add("inclination", "deg", Word::disk_aspect, std::move(inclinations_));
+  add("pa", "deg", Word::disk_angle, std::move(angles_));
+  add("redshift", "", Word::redshift, std::move(redshifts_));
+  add("id", "", Word::code, std::move(ids_));
 }
 
 /// Refuses a row of `count` words whose code is unknown or whose number of words is wrong.
 void check_row(const Row& row, const std::vector<LineWord>& words, std::size_t count) {
-  if (row[code] != star_code && row[code] != galaxy_code) {
-    row.fail(code, fmt::format("the code {} is neither {} (a star) nor {} (a galaxy)",
-                               words[code].text, star_code, galaxy_code));
+  if (row[Word::code] != star_code && row[Word::code] != galaxy_code) {
+    row.fail(Word::code, fmt::format("the code {} is neither {} (a star) nor {} (a galaxy)",
+                                     words[Word::code].text, star_code, galaxy_code));
   }
-  const bool is_galaxy = row[code] == galaxy_code;
-  if (count > word_count || count < (is_galaxy ? galaxy_words : star_words)) {
+  const bool is_galaxy = row[Word::code] == galaxy_code;
+  if (count > Word::word_count || count < (is_galaxy ? galaxy_words : star_words)) {
     row.fail(words.size() - 1,
              fmt::format("the row of a {} has {} value{}, not {} to {}",
                          is_galaxy ? "galaxy" : star, count, count == 1 ? "" : "s",
-                         is_galaxy ? galaxy_words : star_words, std::size_t{word_count}));
+                         is_galaxy ? galaxy_words : star_words, std::size_t{Word::word_count}));
   }
 }
 
 }  // namespace
 
 bool opens_skymaker(const std::vector<LineWord>& words) {
-  return words.size() >= star_words && (words[code].text == "100" || words[code].text == "200");
+  return words.size() >= star_words &&
+         (words[Word::code].text == "100" || words[Word::code].text == "200");
 }
 
 TextCatalogue read_skymaker(std::string_view text, const std::string& label) {
@@ -287,7 +291,7 @@ TextCatalogue read_skymaker(std::string_view text, const std::string& label) {
   std::vector<LineWord> words;
   while (lines.next(line)) {
     const std::size_t count =
-        split_line(line, TextRows::Separator::blanks, label, word_count + 1, words);
+        split_line(line, TextRows::Separator::blanks, label, Word::word_count + 1, words);
     if (count == 0) continue;
     const Row row(label, line, words);
     check_row(row, words, count);

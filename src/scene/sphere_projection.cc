@@ -23,9 +23,7 @@ using std::numbers::pi;
 constexpr double slack = 1e-12;
 
 // The largest coordinate within a face; its upper edge is the next face's lower edge.
-constexpr double most = 1 - slack;
-
-double middle(int size) { return 0.5 * (size - 1); }
+constexpr double most_coordinate = 1 - slack;
 
 class Fisheye final : public SphereProjection {
  public:
@@ -33,7 +31,7 @@ class Fisheye final : public SphereProjection {
       : SphereProjection(width, height), limit_(fov / 2), step_(fov / width) {}
 
   std::optional<glm::dvec3> direction(double x, double y) const override {
-    const double u = step_ * (x - middle(width())), v = step_ * (y - middle(height()));
+    const double u = step_ * (x - middle_pixel(width())), v = step_ * (y - middle_pixel(height()));
     const double angle = std::hypot(u, v);
     if (angle > limit_ * (1 + slack)) return std::nullopt;
     const double across = sine_ratio(angle);
@@ -47,7 +45,7 @@ class Fisheye final : public SphereProjection {
     // Straight behind the camera, any place on the circle is right.
     const glm::dvec2 way = across > 0 ? glm::dvec2(direction.x, direction.y) / across
                                       : glm::dvec2(0, angle > 0 ? -1 : 0);
-    return glm::dvec2(middle(width()), middle(height())) + angle / step_ * way;
+    return glm::dvec2(middle_pixel(width()), middle_pixel(height())) + angle / step_ * way;
   }
 
   double solid_angle(double x, double y) const override {
@@ -59,8 +57,8 @@ class Fisheye final : public SphereProjection {
     double sum = 0;
     for (std::size_t i = 0; i < nodes.size(); ++i) {
       for (std::size_t j = 0; j < nodes.size(); ++j) {
-        const double u = step_ * (x + nodes[i] - middle(width()));
-        const double v = step_ * (y + nodes[j] - middle(height()));
+        const double u = step_ * (x + nodes[i] - middle_pixel(width()));
+        const double v = step_ * (y + nodes[j] - middle_pixel(height()));
         // Angles above pi do not exist: they add nothing.
         sum += weights[i] * weights[j] * std::max(sine_ratio(std::hypot(u, v)), 0.0);
       }
@@ -69,7 +67,7 @@ class Fisheye final : public SphereProjection {
   }
 
   double density(double x, double y) const override {
-    const double u = step_ * (x - middle(width())), v = step_ * (y - middle(height()));
+    const double u = step_ * (x - middle_pixel(width())), v = step_ * (y - middle_pixel(height()));
     const double angle = std::hypot(u, v);
     return angle > limit_ * (1 + slack) ? 0 : step_ * step_ * std::max(sine_ratio(angle), 0.0);
   }
@@ -77,7 +75,7 @@ class Fisheye final : public SphereProjection {
   double pixel_angle() const override { return step_; }
 
   glm::ivec2 neighbour(const glm::dvec2&, int x, int y) const override {
-    const glm::dvec2 centre(middle(width()), middle(height()));
+    const glm::dvec2 centre(middle_pixel(width()), middle_pixel(height()));
     const glm::dvec2 way = glm::dvec2(x, y) - centre;
     const double length = glm::length(way), rim = limit_ / step_;
     glm::dvec2 place(x, y);
@@ -93,7 +91,8 @@ class Fisheye final : public SphereProjection {
   }
 
   bool is_near_seam(const glm::dvec2& at, double reach) const override {
-    const double length = glm::distance(at, glm::dvec2(middle(width()), middle(height())));
+    const double length =
+        glm::distance(at, glm::dvec2(middle_pixel(width()), middle_pixel(height())));
     return is_whole() && length + std::numbers::sqrt2 * reach > limit_ / step_;
   }
 
@@ -112,23 +111,24 @@ class Equirectangular final : public SphereProjection {
       : SphereProjection(width, height), across_(2 * pi / width), along_(pi / height) {}
 
   std::optional<glm::dvec3> direction(double x, double y) const override {
-    const double left = across_ * (middle(width()) - x), up = along_ * (y - middle(height()));
+    const double left = across_ * (middle_pixel(width()) - x),
+                 up = along_ * (y - middle_pixel(height()));
     return glm::dvec3(-std::cos(up) * std::sin(left), std::sin(up), std::cos(up) * std::cos(left));
   }
 
   std::optional<glm::dvec2> pixel(const glm::dvec3& direction) const override {
     const double up = std::atan2(direction.y, std::hypot(direction.x, direction.z));
-    return glm::dvec2(middle(width()) + std::atan2(direction.x, direction.z) / across_,
-                      middle(height()) + up / along_);
+    return glm::dvec2(middle_pixel(width()) + std::atan2(direction.x, direction.z) / across_,
+                      middle_pixel(height()) + up / along_);
   }
 
   double solid_angle(double, double y) const override {
     // The difference sin b2 - sin b1.
-    return across_ * 2 * std::cos(along_ * (y - middle(height()))) * std::sin(along_ / 2);
+    return across_ * 2 * std::cos(along_ * (y - middle_pixel(height()))) * std::sin(along_ / 2);
   }
 
   double density(double, double y) const override {
-    return across_ * along_ * std::cos(along_ * (y - middle(height())));
+    return across_ * along_ * std::cos(along_ * (y - middle_pixel(height())));
   }
 
   double pixel_angle() const override { return std::max(across_, along_); }
@@ -260,7 +260,8 @@ class Cubemap final : public Faces {
   std::optional<glm::dvec3> direction(double x, double y) const override {
     const int face = face_of(y, size_, side_count);
     const Side& side = sides()[static_cast<std::size_t>(face)];
-    const double u = step_ * (x - middle(size_)), v = step_ * (y - face * size_ - middle(size_));
+    const double u = step_ * (x - middle_pixel(size_)),
+                 v = step_ * (y - face * size_ - middle_pixel(size_));
     return glm::normalize(u * side.right + v * side.up + side.forward);
   }
 
@@ -272,14 +273,15 @@ class Cubemap final : public Faces {
     }
     const Side& side = sides()[nearest];
     const glm::dvec3 onto = direction / glm::dot(direction, side.forward);
-    return glm::dvec2(middle(size_) + glm::dot(onto, side.right) / step_,
-                      static_cast<int>(nearest) * size_ + middle(size_) +
-                          std::min(glm::dot(onto, side.up), most) / step_);
+    return glm::dvec2(middle_pixel(size_) + glm::dot(onto, side.right) / step_,
+                      static_cast<int>(nearest) * size_ + middle_pixel(size_) +
+                          std::min(glm::dot(onto, side.up), most_coordinate) / step_);
   }
 
   double solid_angle(double x, double y) const override {
     const int face = face_of(y, size_, side_count);
-    const double u = step_ * (x - middle(size_)), v = step_ * (y - face * size_ - middle(size_));
+    const double u = step_ * (x - middle_pixel(size_)),
+                 v = step_ * (y - face * size_ - middle_pixel(size_));
     // Solid angle of the rectangle from the middle to (u, v).
     const auto corner = [](double a, double b) {
       return std::atan2(a * b, std::sqrt(1 + a * a + b * b));
@@ -291,7 +293,8 @@ class Cubemap final : public Faces {
 
   double density(double x, double y) const override {
     const int face = face_of(y, size_, side_count);
-    const double u = step_ * (x - middle(size_)), v = step_ * (y - face * size_ - middle(size_));
+    const double u = step_ * (x - middle_pixel(size_)),
+                 v = step_ * (y - face * size_ - middle_pixel(size_));
     return step_ * step_ / std::pow(1 + u * u + v * v, 1.5);
   }
 
@@ -365,7 +368,7 @@ class Healpix final : public Faces {
       east = sine > 0 ? 1 - second : first;
       west = sine > 0 ? 1 - first : second;
     }
-    return glm::dvec2(nside_ * east - 0.5, nside_ * (face + std::min(west, most)) - 0.5);
+    return glm::dvec2(nside_ * east - 0.5, nside_ * (face + std::min(west, most_coordinate)) - 0.5);
   }
 
   double solid_angle(double, double) const override {
@@ -441,9 +444,9 @@ void set_sphere_axes(const RenderParameters& parameters, ImageHeader& header) {
   const auto axes = [&](const std::string& projection, int width, int height, double step_x,
                         double step_y) {
     return std::pair(LinearAxis{fmt::format("{}-{}", name.longitude, projection), "deg",
-                                middle(width) + 1, 0, -glm::degrees(step_x)},
+                                middle_pixel(width) + 1, 0, -glm::degrees(step_x)},
                      LinearAxis{fmt::format("{}-{}", name.latitude, projection), "deg",
-                                middle(height) + 1, 0, glm::degrees(step_y)});
+                                middle_pixel(height) + 1, 0, glm::degrees(step_y)});
   };
   const int width = parameters.width, height = parameters.height;
   switch (parameters.camera.projection) {

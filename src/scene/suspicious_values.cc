@@ -14,7 +14,7 @@ namespace {
 
 using namespace column;
 
-constexpr double full_turn = 360;
+constexpr double whole_turn = 360;
 /// No catalogue has numbers of this size: 1e20 and 1e30 are usual flags.
 constexpr double huge_number = 1e19;
 
@@ -28,17 +28,17 @@ struct Plausible {
 };
 
 Plausible plausible(Column column) {
-  constexpr double magnitude_end = 90, largest_redshift = 30, degrees = 90;
+  constexpr double magnitude_end = 90, usual_redshift = 30, degrees = 90;
   switch (column) {
     case magnitude:
     case apparent_magnitude:
       return {Interval::open(-magnitude_end, magnitude_end)};
     case ra:
-      return {Interval::closed(0, full_turn), degrees};
+      return {Interval::closed(0, whole_turn), degrees};
     case pa:
-      return {Interval::closed(-full_turn, full_turn)};
+      return {Interval::closed(-whole_turn, whole_turn)};
     case redshift:
-      return {Interval::closed(0, largest_redshift)};
+      return {Interval::closed(0, usual_redshift)};
     default:
       return {scene_columns()[column].interval};
   }
@@ -86,7 +86,7 @@ bool is_round(const SceneRow& row) {
          (!row.has(axis_ratio) && !row.has(inclination));
 }
 
-constexpr std::size_t most_rows = 5, most_findings = 5;
+constexpr std::size_t most_named_rows = 5, most_findings = 5;
 
 }  // namespace
 
@@ -160,7 +160,7 @@ void SuspiciousValues::add(std::size_t row, Column column, const std::string& va
     findings_.push_back({column, value, row_.where(column), {}, 0});
     finding = findings_.end() - 1;
   }
-  if (finding->number++ < most_rows) finding->rows.push_back(row + 1);
+  if (finding->number++ < most_named_rows) finding->rows.push_back(row + 1);
 }
 
 std::string SuspiciousValues::text(const Finding& finding) const {

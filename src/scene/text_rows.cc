@@ -10,7 +10,6 @@ namespace {
 using Separator = TextRows::Separator;
 
 constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
-constexpr std::string_view no_value = "-";
 
 /// Continuation bytes of UTF-8 do not count as columns.
 bool starts_character(char c) { return (static_cast<unsigned char>(c) & 0xc0) != 0x80; }
@@ -113,10 +112,10 @@ void append(const LineWord& word, Catalogue::Cells& cells) {
     views = nullptr;
   }
   if (views != nullptr) {
-    views->push_back(word.text.empty() ? no_value : word.text);
+    views->push_back(word.text.empty() ? no_value_word : word.text);
   } else {
-    std::get<std::vector<std::string>>(cells).push_back(word.text.empty() ? std::string(no_value)
-                                                                          : unescaped(word));
+    std::get<std::vector<std::string>>(cells).push_back(
+        word.text.empty() ? std::string(no_value_word) : unescaped(word));
   }
 }
 

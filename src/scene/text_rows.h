@@ -8,6 +8,9 @@
 
 namespace gamer {
 
+/// What a list has in place of a value.
+inline constexpr std::string_view no_value_word = "-";
+
 /// One line of a text, without its end.
 struct TextLine {
   std::string_view text;

@@ -19,7 +19,7 @@ constexpr double degree = 3.6e6;  ///< mas
 constexpr double radian = degree * 180 / std::numbers::pi;
 constexpr double hour_angle = 15 * degree;
 
-constexpr std::array units = {
+constexpr std::array known_units = {
     Unit{"", Dimension::none, 1},
     Unit{"mas", Dimension::angle, 1},
     Unit{"arcsec", Dimension::angle, 1e3},
@@ -52,8 +52,8 @@ constexpr std::array units = {
 
 const Unit* find(std::string_view name) {
   const auto* const found =
-      std::ranges::find_if(units, [&](const Unit& unit) { return unit.name == name; });
-  return found == units.end() ? nullptr : found;
+      std::ranges::find_if(known_units, [&](const Unit& unit) { return unit.name == name; });
+  return found == known_units.end() ? nullptr : found;
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ namespace {
 
 using Key = std::vector<std::string>;
 
-constexpr std::size_t most_text_bytes = std::size_t{4} << 20;
+constexpr std::size_t most_galaxy_bytes = std::size_t{4} << 20;
 
 /// A key in TOML syntax.
 std::string key_text(const Key& key) {
@@ -588,7 +588,7 @@ std::string edit_text(std::string text, const std::vector<TextEdit>& edits,
     edited.check();
   }
   text = edited.take();
-  if (text.size() > most_text_bytes) throw InputError({label, 0, 0}, "the text becomes too long");
+  if (text.size() > most_galaxy_bytes) throw InputError({label, 0, 0}, "the text becomes too long");
   return text;
 }
 

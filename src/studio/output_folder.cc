@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t most_name_bytes = 100, most_entries = 1000;
+constexpr std::size_t most_file_name_bytes = 100, most_entries = 1000;
 
 }  // namespace
 
@@ -23,7 +23,7 @@ bool OutputFolder::is_name(std::string_view name) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
            std::string_view(" ._-+").find(c) != std::string_view::npos;
   };
-  return !name.empty() && name.size() <= most_name_bytes && name.front() != '.' &&
+  return !name.empty() && name.size() <= most_file_name_bytes && name.front() != '.' &&
          name.front() != '-' && name.front() != ' ' && name.back() != ' ' &&
          std::ranges::all_of(name, is_plain);
 }

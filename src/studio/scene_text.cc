@@ -14,7 +14,7 @@
 namespace gamer {
 namespace {
 
-constexpr std::size_t most_text_bytes = std::size_t{4} << 20;
+constexpr std::size_t most_scene_bytes = std::size_t{4} << 20;
 constexpr std::size_t most_word_bytes = 1000;
 const std::string no_word = "-";
 
@@ -233,7 +233,7 @@ std::string edit_scene(std::string text, const std::vector<SceneEdit>& edits,
   for (const SceneEdit& edit : edits) std::visit(edited, edit);
   edited.check();
   text = edited.take();
-  if (text.size() > most_text_bytes) throw InputError({label, 0, 0}, "the scene becomes too long");
+  if (text.size() > most_scene_bytes) throw InputError({label, 0, 0}, "the scene becomes too long");
   return text;
 }
 

@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-const std::vector<double> two = {4400, 5500};
+const std::vector<double> stamp_wavelengths = {4400, 5500};
 
 StampHeader stamp(std::size_t number) {
   StampHeader own;
@@ -51,7 +51,7 @@ TEST(StampWriter, StampsOfAnySizeInAnyOrder) {
   for (const int bitpix : {-32, -64}) {
     const auto path = folder / "stamps.fits";
     const OutputOptions options{path, bitpix, ImageLayout::stamps, true};
-    const auto writer = make_stamp_writer(options, test_header(1, 1, two), 3, stamp);
+    const auto writer = make_stamp_writer(options, test_header(1, 1, stamp_wavelengths), 3, stamp);
     for (const std::size_t number : {2u, 0u, 1u}) writer->write(number, values(number));
     writer->add_cards({{"LATE", 7LL, ""}});
     writer->finish();
@@ -85,7 +85,7 @@ TEST(StampWriter, LeavesNothingWhereAStampIsMissing) {
   const TemporaryFolder folder;
   const OutputOptions options{folder / "stamps.fits", -32, ImageLayout::stamps, false};
   {
-    const auto writer = make_stamp_writer(options, test_header(1, 1, two), 2, stamp);
+    const auto writer = make_stamp_writer(options, test_header(1, 1, stamp_wavelengths), 2, stamp);
     writer->write(1, values(1));
     EXPECT_THROW(writer->write(1, values(1)), std::invalid_argument);
     EXPECT_THROW(writer->write(0, values(1)), std::invalid_argument);
@@ -97,14 +97,15 @@ TEST(StampWriter, LeavesNothingWhereAStampIsMissing) {
 TEST(StampWriter, ASceneWithoutObjectsIsAFileWithoutStamps) {
   const TemporaryFolder folder;
   const OutputOptions options{folder / "stamps.fits", -32, ImageLayout::stamps, false};
-  make_stamp_writer(options, test_header(1, 1, two), 0, stamp)->finish();
+  make_stamp_writer(options, test_header(1, 1, stamp_wavelengths), 0, stamp)->finish();
   expect_fitsverify_clean(folder / "stamps.fits");
 }
 
 TEST(StampWriter, OnlyPlainFits) {
   for (const char* name : {"a.fits.fz", "a.png"}) {
     try {
-      check_stamp_output({name, -32, ImageLayout::stamps, false}, test_header(1, 1, two), 10);
+      check_stamp_output({name, -32, ImageLayout::stamps, false},
+                         test_header(1, 1, stamp_wavelengths), 10);
       ADD_FAILURE() << name;
     } catch (const InputError& error) {
       EXPECT_EQ(std::string(error.what()),

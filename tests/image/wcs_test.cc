@@ -52,7 +52,7 @@ ZenithalPoint zenithal(const std::string& projection, const SkyPosition& center,
   return {scale * east, scale * north, c};
 }
 
-double separation(const SkyPosition& a, const SkyPosition& b) {
+double angular_distance(const SkyPosition& a, const SkyPosition& b) {
   const ZenithalPoint point = zenithal("SIN", a, b);
   return point.distance;
 }
@@ -96,7 +96,7 @@ TEST_P(ClosedForm, GridAcrossThePoleAndRaZero) {
           ASSERT_TRUE(sky.has_value());
           ASSERT_GE(sky->ra, 0);
           ASSERT_LT(sky->ra, 360);
-          worst_sky = std::max(worst_sky, separation({ra, dec}, *sky));
+          worst_sky = std::max(worst_sky, angular_distance({ra, dec}, *sky));
         }
       }
     }
@@ -145,7 +145,7 @@ TEST(SkyViews, UpIsThePositionAngle) {
     const SkyPosition up = *wcs.sky({middle.x, middle.y + 10});
     const double angle = position_angle(center, up);
     EXPECT_NEAR(std::remainder(angle - rotation, 360), 0, 3e-9);
-    EXPECT_NEAR(separation(center, up) / arcsecond, 1, 2e-10);
+    EXPECT_NEAR(angular_distance(center, up) / arcsecond, 1, 2e-10);
     // Left of up is East of it.
     const double left = position_angle(center, *wcs.sky({middle.x - 10, middle.y}));
     EXPECT_NEAR(std::remainder(left - rotation - 90, 360), 0, 3e-9);
@@ -165,7 +165,7 @@ TEST_P(EveryProjection, MiddleIsTheCenterAndNorthIsUp) {
       const CelestialWcs wcs(view);
       const auto center = wcs.sky(middle);
       ASSERT_TRUE(center.has_value()) << dec;
-      EXPECT_LT(separation(view.center, *center) / arcsecond, 8e-10) << dec;
+      EXPECT_LT(angular_distance(view.center, *center) / arcsecond, 8e-10) << dec;
       const auto pixel = wcs.pixel(view.center);
       ASSERT_TRUE(pixel.has_value()) << dec;
       EXPECT_LT(std::hypot(pixel->x - middle.x, pixel->y - middle.y), 2e-8) << dec;

@@ -12,15 +12,15 @@ namespace {
 
 using test::completed;
 
-const char* const parameters_text =
+const char* const job_parameters =
     "[image]\nsize = [50, 30]\noutput = \"a.fits\"\n[camera]\nsupersample = 2\n"
     "[spectrum]\nwavelengths = [4400, 5500.25]\n";
-const char* const scene_text = "galaxy x y z id # columns\nsmooth 1 0 0 -\nsmooth 2 0 0 b\n";
+const char* const job_scene = "galaxy x y z id # columns\nsmooth 1 0 0 -\nsmooth 2 0 0 b\n";
 const char* const galaxy_text = "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n";
 
 Resources resources() {
-  return Resources::from_record({{"render.par", "in/render.par", parameters_text},
-                                 {"scene.lst", "in/scene.lst", scene_text},
+  return Resources::from_record({{"render.par", "in/render.par", job_parameters},
+                                 {"scene.lst", "in/scene.lst", job_scene},
                                  {"galaxies/smooth", "galaxies/smooth.toml", galaxy_text}});
 }
 

@@ -10,25 +10,26 @@
 namespace gamer {
 namespace {
 
-const char* const parameters_text =
+const char* const stamps_parameters =
     "[image]\nsize = [50, 30]\nlayout = \"stamps\"\n[camera]\nprojection = \"sky\"\n"
     "pixel_scale = 0.5\n[spectrum]\nbands = [\"box\"]\n[photometry]\nreference_band = \"box\"\n"
     "[stamps]\nsmallest = 5\n";
-const char* const scene_text =
+const char* const stamps_scene =
     "galaxy px py size_arcsec apparent_magnitude\nstar 10.4 7.6 - 20\nsmooth 25 15 2.4 18\n"
     "star 50 1 - 21\n";
-const char* const galaxy_text = "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n";
+const char* const stamps_galaxy =
+    "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n";
 const char* const band_text = "# wavelength: Angstrom\n# response: photons\n5000 1\n6000 1\n";
 
-Resources resources() {
-  return Resources::from_record({{"render.par", "in/render.par", parameters_text},
-                                 {"scene.lst", "in/scene.lst", scene_text},
+Resources inputs_of_stamps() {
+  return Resources::from_record({{"render.par", "in/render.par", stamps_parameters},
+                                 {"scene.lst", "in/scene.lst", stamps_scene},
                                  {"bandpasses/box", "bandpasses/box.band", band_text},
-                                 {"galaxies/smooth", "galaxies/smooth.toml", galaxy_text}});
+                                 {"galaxies/smooth", "galaxies/smooth.toml", stamps_galaxy}});
 }
 
-RenderJob load(const std::vector<std::string>& settings = {}) {
-  Resources data = resources();
+RenderJob load_stamps(const std::vector<std::string>& settings = {}) {
+  Resources data = inputs_of_stamps();
   JobRequest request;
   request.settings = settings;
   return load_job(request, data);
@@ -42,7 +43,7 @@ void expect_region(const ImageRegion& region, int left, int bottom, int side) {
 }
 
 TEST(Stamps, StandAroundThePixelOfTheCentre) {
-  const std::vector<ImageRegion> regions = stamp_regions(load());
+  const std::vector<ImageRegion> regions = stamp_regions(load_stamps());
   ASSERT_EQ(regions.size(), 3u);
   // The star at the FITS pixel (10.4, 7.6) is in the pixel (9, 7), counted from 0.
   expect_region(regions[0], 7, 5, 5);
@@ -50,13 +51,13 @@ TEST(Stamps, StandAroundThePixelOfTheCentre) {
   expect_region(regions[1], 24 - 5, 14 - 5, 11);
   // This stamp reaches beyond the image's corner.
   expect_region(regions[2], 47, -2, 5);
-  for (const ImageRegion& region : stamp_regions(load({"stamps.size=7"}))) {
+  for (const ImageRegion& region : stamp_regions(load_stamps({"stamps.size=7"}))) {
     EXPECT_EQ(region.width, 7);
   }
 }
 
 TEST(Stamps, HoldTheLightOfTheirObject) {
-  const RenderJob job = load();
+  const RenderJob job = load_stamps();
   const StampRenderer stamps(job);
   EXPECT_EQ(stamps.values(1), 121u);
   EXPECT_EQ(stamps.most_bytes(), 121 * sizeof(double));
@@ -83,7 +84,7 @@ TEST(Stamps, ARegionIsThatOfTheRequest) {
   JobRequest request;
   request.region = {3, 4, 20, 10};
   request.settings = {"image.layout=cube"};
-  Resources data = resources();
+  Resources data = inputs_of_stamps();
   const RenderJob job = load_job(request, data);
   ASSERT_TRUE(job.parameters.image.region);
   EXPECT_EQ(job.parameters.image.region->left, 2);

@@ -107,4 +107,15 @@ inline std::vector<Vector> positions_in_cube(std::size_t count, double half, std
   return positions;
 }
 
+/// The correlation of numbers whose mean is 0.
+inline double correlation(const std::vector<float>& a, const std::vector<float>& b) {
+  double ab = 0, aa = 0, bb = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    ab += double{a[i]} * b[i];
+    aa += double{a[i]} * a[i];
+    bb += double{b[i]} * b[i];
+  }
+  return ab / std::sqrt(aa * bb);
+}
+
 }  // namespace gamer

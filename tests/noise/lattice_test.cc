@@ -71,16 +71,6 @@ std::vector<Vector> translated(std::vector<Vector> positions, const Vector& by) 
   return positions;
 }
 
-double correlation(const std::vector<float>& a, const std::vector<float>& b) {
-  double ab = 0, aa = 0, bb = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    ab += double{a[i]} * double{b[i]};
-    aa += double{a[i]} * double{a[i]};
-    bb += double{b[i]} * double{b[i]};
-  }
-  return ab / std::sqrt(aa * bb);
-}
-
 TEST(IdentifiedLattice, EveryTargetEqualsTheReference) {
   const std::vector<Vector> positions = coarse_positions(600, 64);
   for (const Noise* noise : cubic_kinds()) {

@@ -23,7 +23,7 @@ constexpr double pi = std::numbers::pi;
 std::string name_of(const Noise& noise) { return std::string(noise.name()); }
 
 /// Positions far apart: nearly independent values.
-const std::vector<Vector>& scattered() {
+const std::vector<Vector>& independent_points() {
   static const std::vector<Vector> positions = positions_in_cube(1 << 21, 1024, 4);
   return positions;
 }
@@ -45,10 +45,10 @@ TEST(BaseNoise, Moments) {
   for (const Noise* noise : noise_kinds()) {
     SCOPED_TRACE(noise->name());
     double sums[5] = {};
-    for (const double v : evaluate(*noise, scattered(), 21)) {
+    for (const double v : evaluate(*noise, independent_points(), 21)) {
       for (int power = 1; power <= 4; ++power) sums[power] += std::pow(v, power);
     }
-    const auto count = static_cast<double>(scattered().size());
+    const auto count = static_cast<double>(independent_points().size());
     const double variance = sums[2] / count;
     EXPECT_NEAR(noise->variance(), variance_by_definition(*noise), 1e-6);
     EXPECT_NEAR(variance, noise->variance(), 0.002 * noise->variance());
@@ -66,11 +66,11 @@ TEST(BaseNoise, Moments) {
 TEST(BaseNoise, PerlinMagnitudes) {
   double sum = 0;
   double above_half = 0;
-  for (const float v : evaluate(perlin_noise(), scattered(), 23)) {
+  for (const float v : evaluate(perlin_noise(), independent_points(), 23)) {
     sum += std::abs(v);
     above_half += std::abs(v) > 0.5f ? 1 : 0;
   }
-  const auto count = static_cast<double>(scattered().size());
+  const auto count = static_cast<double>(independent_points().size());
   EXPECT_NEAR(sum / count, 0.2202, 3e-4);
   EXPECT_NEAR(above_half / count, 0.058, 5e-4);
 }
@@ -86,7 +86,7 @@ std::vector<Vector> lattice_points(std::size_t count) {
 TEST(BaseNoise, BoundHoldsAndIsTight) {
   for (const Noise* noise : noise_kinds()) {
     SCOPED_TRACE(noise->name());
-    for (const float v : evaluate(*noise, scattered(), 22)) {
+    for (const float v : evaluate(*noise, independent_points(), 22)) {
       ASSERT_LE(std::abs(v), noise->bound());
     }
     if (name_of(*noise) == "value" || name_of(*noise) == "cell") {
@@ -476,16 +476,6 @@ TEST(LatticeHash, SeedsAreIndependent) {
   deviations.check();
 }
 
-double correlation(const std::vector<float>& a, const std::vector<float>& b) {
-  double ab = 0, aa = 0, bb = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    ab += double{a[i]} * b[i];
-    aa += double{a[i]} * a[i];
-    bb += double{b[i]} * b[i];
-  }
-  return ab / std::sqrt(aa * bb);
-}
-
 /// Positions of which sums with whole numbers below 2^17 are exact in single precision.
 std::vector<Vector> coarse_positions(std::size_t count) {
   std::vector<Vector> positions = positions_in_cube(count, 64, 11);
@@ -546,7 +536,7 @@ TEST(BaseNoise, SeedsDecorrelate) {
 }
 
 TEST(BaseNoise, ComponentsOfAVectorAreAlikeAndIndependent) {
-  const std::vector<Vector>& positions = scattered();
+  const std::vector<Vector>& positions = independent_points();
   const auto count = static_cast<double>(positions.size());
   Octave octave;
   octave.seed = 21;

@@ -17,11 +17,6 @@
 namespace gamer {
 namespace {
 
-std::shared_ptr<const Sed> analytic(const std::string& name) {
-  Resources none = Resources::from_record({});
-  return find_sed(name, "", none);
-}
-
 /// AB magnitude of light with F = c f_nu, f_lambda in erg/s/cm^2/Angstrom: m = -2.5 log10(f_nu) -
 /// 48.60, docs/facts.md section 4.
 double magnitude_cgs(double flux) { return -2.5 * std::log10(flux / 2.99792458e18) - 48.60; }

@@ -15,6 +15,12 @@ inline std::shared_ptr<const Sed> shipped_sed(const std::string& name) {
   return find_sed(name, "", resources);
 }
 
+/// A spectrum that needs no file.
+inline std::shared_ptr<const Sed> analytic(const std::string& name) {
+  Resources none = Resources::from_record({});
+  return find_sed(name, "", none);
+}
+
 inline std::shared_ptr<const Bandpass> shipped_band(const std::string& name) {
   Resources resources({GAMER_TEST_SOURCE_DIR});
   return find_bandpass(name, "", resources);

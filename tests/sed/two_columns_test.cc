@@ -12,7 +12,7 @@ namespace gamer {
 namespace {
 
 const TwoColumnFormat sed_format = {"flux", {"flambda", "fnu", "fphotons"}};
-const std::string head = "# wavelength: Angstrom\n# flux: flambda\n";
+const std::string file_head = "# wavelength: Angstrom\n# flux: flambda\n";
 
 TwoColumns parse(const std::string& text) { return parse_two_columns(text, "x.sed", sed_format); }
 
@@ -42,7 +42,7 @@ TEST(TwoColumns, UnitsOfWavelength) {
 }
 
 TEST(TwoColumns, InterpolatesLinearlyAndExactlyAtTheRows) {
-  const TwoColumns table = parse(head + "1000 0.1\n1100 0.3\n1500 0.7\n");
+  const TwoColumns table = parse(file_head + "1000 0.1\n1100 0.3\n1500 0.7\n");
   EXPECT_EQ(table.interpolate(1000), 0.1);
   EXPECT_EQ(table.interpolate(1100), 0.3);
   EXPECT_EQ(table.interpolate(1500), 0.7);
@@ -73,7 +73,7 @@ TEST(TwoColumns, OptionalNumbersOfTheHead) {
   EXPECT_EQ(message("# gain: inf\n"), "y:3:9: 'inf' is not finite");
   EXPECT_EQ(message("# gain:\n"), "y:3:8: '' is not a number");
   EXPECT_EQ(message("# gain: 1\n# gain: 1\n"), "y:4:9: 'gain' is given twice, first in line 3");
-  EXPECT_EQ(parse(head + "1 1\n2 1\n").numbers, std::vector<double>{});
+  EXPECT_EQ(parse(file_head + "1 1\n2 1\n").numbers, std::vector<double>{});
 }
 
 TEST(TwoColumns, ErrorsOfTheHead) {
@@ -122,7 +122,7 @@ TEST(TwoColumns, ErrorsOfTheRows) {
       {"1 1\n", "3:1: 1 row where at least 2 are needed"},
       {"", "2:1: 0 rows where at least 2 are needed"},
   };
-  for (const auto& [rows, message] : cases) EXPECT_EQ(error(head + rows), "x.sed:" + message);
+  for (const auto& [rows, message] : cases) EXPECT_EQ(error(file_head + rows), "x.sed:" + message);
 }
 
 TEST(TwoColumns, OverflowOfTheUnit) {

@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-const fs::path source = GAMER_TEST_SOURCE_DIR;
+const fs::path source_folder = GAMER_TEST_SOURCE_DIR;
 
 std::string content(const fs::path& path) {
   std::ifstream stream(path);
@@ -41,7 +41,7 @@ std::string message(const std::string& text, const std::vector<TextEdit>& edits)
 }
 
 Json model(const std::string& text) {
-  return model_json(text, (source / "galaxies" / "x.toml").string(), {source});
+  return model_json(text, (source_folder / "galaxies" / "x.toml").string(), {source_folder});
 }
 
 std::vector<std::string> lines(const std::string& text) {
@@ -174,7 +174,7 @@ TEST_P(ShippedText, ArmsAreEditedAndBack) {
 
 std::vector<fs::path> shipped() {
   std::vector<fs::path> files;
-  for (const auto& file : fs::directory_iterator(source / "galaxies")) {
+  for (const auto& file : fs::directory_iterator(source_folder / "galaxies")) {
     if (file.path().extension() == ".toml") files.push_back(file.path());
   }
   std::ranges::sort(files);

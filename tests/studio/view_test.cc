@@ -19,7 +19,7 @@ namespace {
 using Json = nlohmann::json;
 
 constexpr const char* label = "input";
-const char* const parameters =
+const char* const view_parameters_text =
     "[image]\nsize = [32, 24]\n[camera]\nposition = [0, -3, 1]\n"
     "[spectrum]\nwavelengths = [4400, 6500]\n[sampling]\ntolerance = 0.01\n";
 const char* const galaxy =
@@ -54,7 +54,7 @@ Frame decode(const std::string& bytes) {
 class View : public testing::Test {
  protected:
   View() {
-    request.document.parameters = parameters;
+    request.document.parameters = view_parameters_text;
     request.document.scene =
         "galaxy x y z inclination pa size\nown 0 0 0 50 30 1\nown 1 2 0 9 0 .5\n";
     request.document.galaxies["own"] = galaxy;

@@ -10,6 +10,9 @@
 
 namespace gamer {
 
+/// Coordinate of the middle of a side of `size` pixels.
+inline double middle_pixel(int size) { return 0.5 * (size - 1); }
+
 class RenderParameters;
 
 /// How an image shows the directions around the camera. A direction is a unit vector (right, up,

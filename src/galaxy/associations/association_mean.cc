@@ -16,8 +16,8 @@ namespace {
 
 // Number of points of the cloud for the mean of the octaves, and the margin on the number that its
 // error asks for.
-constexpr std::size_t first_cloud = std::size_t{1} << 13;
-constexpr double cloud_margin = 1.5;
+constexpr std::size_t first_points = std::size_t{1} << 13;
+constexpr double points_margin = 1.5;
 // The chance error of a level that counts by its mean, relative to the whole error. It is that of
 // equal clumps times the factor `clump_spread`, since they differ in their light and in M.
 constexpr double level_error = 0.3;
@@ -27,7 +27,7 @@ constexpr double clump_spread = 1.5;
 constexpr double most_cells = 1 << 24;
 // Numbers of points of a clump.
 constexpr std::size_t fewest_points = 16;
-constexpr std::size_t most_points = 256;
+constexpr std::size_t most_clump_points = 256;
 // A clump is kept if its random number is below so many times the occupancy at its centre. The
 // octaves vary across a clump, hence the margin.
 constexpr double occupancy_margin = 4;
@@ -112,7 +112,7 @@ class Mean {
       const double excess = chance / (level_error * error_);
       if (excess < 1 || 4 / (level.side * level.side) > most_cells) continue;
       const auto pairs = static_cast<std::size_t>(std::pow(excess, 1.5));
-      const std::size_t points = std::clamp(2 * pairs, fewest_points, most_points);
+      const std::size_t points = std::clamp(2 * pairs, fewest_points, most_clump_points);
       result += seen_of(level) * (mean_of_clumps(l, points) - octaves);
     }
     return result * texture_.scale();
@@ -134,11 +134,11 @@ class Mean {
       };
       return moments_over(cloud, 0, cloud.batches, values).mean();
     };
-    const std::size_t first = std::min(first_cloud, layer_.most_points);
+    const std::size_t first = std::min(first_points, layer_.most_points);
     const CloudMean rough = measure(first);
     const double excess = share * rough.error / rough.mean / error_;
     if (excess <= 1) return rough.mean;
-    const double needed = cloud_margin * static_cast<double>(first) * excess * excess;
+    const double needed = points_margin * static_cast<double>(first) * excess * excess;
     return measure(
                static_cast<std::size_t>(std::min(needed, static_cast<double>(layer_.most_points))))
         .mean;

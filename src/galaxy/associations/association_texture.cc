@@ -17,7 +17,7 @@
 namespace gamer {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 // Largest ratio of diameters within a level.
 constexpr double level_ratio = 2;
@@ -36,7 +36,7 @@ constexpr double shortest_wavelength = 4;
 constexpr double layer_share = 0.96;
 
 // Offsets of lattices, cells.
-constexpr double largest_offset = 16;
+constexpr double largest_shift = 16;
 
 /// The integral of x^power over [least, most].
 double power_integral(double power, double least, double most) {
@@ -220,8 +220,8 @@ void AssociationTexture::place_lattices() {
     const double angle = 2 * pi * to_unit(word(0));
     level.cosine = static_cast<float>(std::cos(angle) / level.side);
     level.sine = static_cast<float>(std::sin(angle) / level.side);
-    level.offset_x = static_cast<float>(largest_offset * to_unit(word(1)));
-    level.offset_y = static_cast<float>(largest_offset * to_unit(word(2)));
+    level.offset_x = static_cast<float>(largest_shift * to_unit(word(1)));
+    level.offset_y = static_cast<float>(largest_shift * to_unit(word(2)));
     level.seed = static_cast<std::uint32_t>(word(3));
   }
 }
@@ -276,7 +276,7 @@ void AssociationTexture::add_octaves() {
     octave.frequency = static_cast<float>(1 / wavelength);
     for (std::uint64_t axis = 0; axis < 3; ++axis) {
       octave.offset[axis] =
-          static_cast<float>(largest_offset * to_unit(hash_words({p.seed, index, axis, 2})));
+          static_cast<float>(largest_shift * to_unit(hash_words({p.seed, index, axis, 2})));
     }
     octave.seed = static_cast<std::uint32_t>(hash_words({p.seed, index, 3, 2}));
     octaves_.push_back(octave);

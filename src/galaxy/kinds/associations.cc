@@ -92,7 +92,7 @@ class Associations : public Layer {
   }
 };
 
-ParameterTable layer_parameters() {
+ParameterTable association_layer_parameters() {
   ParameterTable table;
   for (Parameter parameter : Layer::parameters()) {
     if (parameter.name == "z0") parameter.default_value = young_height;
@@ -108,7 +108,7 @@ ComponentKind associations_kind() {
   kind.name = "associations";
   kind.description = "young stars as objects: round clumps of all luminosities, in complexes";
   const AssociationParameters defaults;
-  kind.parameters = layer_parameters() + defaults.table();
+  kind.parameters = association_layer_parameters() + defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
     const GalaxySettings& settings = input.settings;
     AssociationParameters parameters = defaults;

@@ -17,7 +17,7 @@ constexpr double layer_width = 1.5;
 
 // Density of nodes around the ray's closest approach to the axis, and the least distance used, in
 // scale lengths or radii of the hole.
-constexpr double nodes_per_width = 1.2;
+constexpr double nodes_per_arm_width = 1.2;
 constexpr double cusp_width = 0.15;
 constexpr double hole_width = 0.5;
 
@@ -221,7 +221,7 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
     const double impact2 = std::max(oo + od * axis, 0.0);
     const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
     const double width = std::sqrt(std::max(impact2 + finest * finest, least_divisor) * per_dd);
-    out.focuses.push_back({axis, width, nodes_per_width / width});
+    out.focuses.push_back({axis, width, nodes_per_arm_width / width});
   }
 }
 

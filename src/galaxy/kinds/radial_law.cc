@@ -20,7 +20,7 @@ constexpr double reach = 30;
 constexpr double ring_reach = 8;
 
 // Bright range of the layer: scale lengths, and widths on each side of a ring.
-constexpr double bright_lengths = 3;
+constexpr double bright_scale_lengths = 3;
 constexpr double bright_widths = 2;
 
 // Number of steps in m of integrals.
@@ -149,13 +149,14 @@ double RadialLaw::length() const {
 double RadialLaw::bright_extent() const {
   const double extent = shape_.is_ring()
                             ? bright_widths * (shape_.ring_width + shape_.ring_outer_width)
-                            : bright_lengths * rh_;
+                            : bright_scale_lengths * rh_;
   return std::min(extent, 1.0);
 }
 
 double RadialLaw::bright_circle() const {
   const double circle = 2 * std::numbers::pi;
-  return shape_.is_ring() ? circle * shape_.ring_radius : circle * bright_extent() / bright_lengths;
+  return shape_.is_ring() ? circle * shape_.ring_radius
+                          : circle * bright_extent() / bright_scale_lengths;
 }
 
 void RadialLaw::stretch(const double from[3], double to[3]) const {

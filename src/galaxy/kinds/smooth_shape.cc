@@ -12,7 +12,7 @@ namespace gamer {
 namespace {
 
 // Points of the quadrature in azimuth; Gauss' rules take the other coordinates.
-constexpr int azimuths = 32;
+constexpr int azimuth_count = 32;
 
 // Density of nodes around the ray's closest approach. A node k steps away is at the distance sinh(k
 // / nodes_per_width), in units of the closest approach.
@@ -44,11 +44,11 @@ SmoothShape::SmoothShape(Density density, double scale)
         [&](double cosine) {
           const double across = r * std::sqrt(1 - cosine * cosine);
           double sum = 0;
-          for (int k = 0; k < azimuths; ++k) {
-            const double azimuth = 2 * std::numbers::pi * (k + 0.5) / azimuths;
+          for (int k = 0; k < azimuth_count; ++k) {
+            const double azimuth = 2 * std::numbers::pi * (k + 0.5) / azimuth_count;
             sum += density_(across * std::cos(azimuth), across * std::sin(azimuth), r * cosine);
           }
-          return sum / azimuths;
+          return sum / azimuth_count;
         },
         0.0, 1.0);
   };

@@ -16,8 +16,8 @@ constexpr double softening_radius = 1e-5;
 constexpr double finest_cell = 0.01;
 
 // Density of nodes around the ray's closest approach. A node k steps away is at the distance sinh(k
-// / nodes_per_width), in units of the closest approach.
-constexpr double nodes_per_width = 1.6;
+// / nodes_per_cusp_width), in units of the closest approach.
+constexpr double nodes_per_cusp_width = 1.6;
 
 }  // namespace
 
@@ -75,7 +75,7 @@ void Spheroid::plan(const BallRay& ray, const Accuracy& /*accuracy*/, RayPlan& o
   const double impact2 = std::max(oo + od * centre, 0.0) + softening * softening;
   const double width = std::sqrt(impact2 * per_dd);
   out.extend(ray.begin, ray.end);
-  out.focuses.push_back({centre, width, nodes_per_width / width});
+  out.focuses.push_back({centre, width, nodes_per_cusp_width / width});
 }
 
 ColumnScale Spheroid::column_scale(const double nearest[3], const double direction[3],

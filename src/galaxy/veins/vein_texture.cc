@@ -17,7 +17,7 @@
 namespace gamer {
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 double kappa_of(double width) { return 1 / (4 * pi * pi * width * width); }
 

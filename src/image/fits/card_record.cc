@@ -13,12 +13,9 @@
 namespace gamer {
 namespace {
 
-/// Width of a card's keyword, columns.
-constexpr std::size_t keyword_width = 8;
-constexpr std::size_t record_width = FLEN_CARD - 1;
 constexpr std::string_view continue_card = "CONTINUE  ";
 
-bool is_printing(char c) { return c >= ' ' && c <= '~'; }
+bool is_printing_character(char c) { return c >= ' ' && c <= '~'; }
 
 int hexadecimal_digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
@@ -132,7 +129,7 @@ std::string percent_encode(std::string_view text) {
   encoded.reserve(text.size());
   for (std::size_t i = 0; i < text.size(); ++i) {
     const bool last_blank = text[i] == ' ' && i + 1 == text.size();
-    if (!is_printing(text[i]) || last_blank || is_escape(text, i)) {
+    if (!is_printing_character(text[i]) || last_blank || is_escape(text, i)) {
       encoded += fmt::format("%{:02X}", static_cast<unsigned char>(text[i]));
     } else {
       encoded += text[i];

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -16,6 +17,8 @@ class CardError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Widths of a record and of its keyword, columns.
+inline constexpr std::size_t record_width = 80, keyword_width = 8;
 /// The beginning of records with non-standard keys.
 inline constexpr std::string_view hierarch = "HIERARCH ";
 

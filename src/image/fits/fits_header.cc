@@ -13,8 +13,6 @@
 namespace gamer {
 namespace {
 
-constexpr std::size_t record_width = 80;
-
 /// The key without HIERARCH, in capitals.
 std::string plain_key(std::string_view key) {
   if (key.starts_with(hierarch)) key.remove_prefix(hierarch.size());

@@ -17,18 +17,19 @@
 #include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/error.h"
+#include "image/fits/card_record.h"
 
 namespace gamer {
 namespace {
 
-constexpr std::size_t block_size = 2880, record_size = 80, keyword = 8, value_begin = 10;
+constexpr std::size_t block_size = 2880, value_begin = 10;
 /// Number of cards before NAXIS1: SIMPLE or XTENSION, BITPIX, NAXIS.
 constexpr std::size_t first_axis = 3;
 /// CFITSIO's (4.2) limits of axes of an image, and of a compressed image (MAX_COMPRESS_DIM).
-constexpr long long most_axes = 99, most_compressed_axes = 6;
+constexpr long long most_image_axes = 99, most_compressed_axes = 6;
 /// Limit of the FITS standard.
 constexpr long long most_columns = 999;
-constexpr std::string_view fits = "SIMPLE", gzip = "\x1f\x8b", end_record = "END     ";
+constexpr std::string_view fits = "SIMPLE", gzip = "\x1f\x8b", end_card = "END     ";
 /// Cards that follow the axes of a table.
 constexpr std::array<std::string_view, 3> table_cards = {"PCOUNT", "GCOUNT", "TFIELDS"};
 /// Bytes that may follow the last HDU.
@@ -36,7 +37,7 @@ constexpr std::string_view fill("\0 \r\n", 4);
 
 /// The whole value of a card as an integer.
 std::optional<long long> integer(std::string_view record) {
-  if (record.substr(keyword, 2) != "= ") return std::nullopt;
+  if (record.substr(keyword_width, 2) != "= ") return std::nullopt;
   const std::string_view value = record.substr(value_begin);
   return number_of<long long>(without_plus(trimmed(value.substr(0, value.find('/')))));
 }
@@ -67,7 +68,7 @@ bool is_groups(std::string_view name) {
 /// Whether a card's value is a string of printing ASCII.
 bool is_string(std::string_view record) {
   const bool is_text = std::ranges::all_of(record, [](char c) { return c >= ' ' && c <= '~'; });
-  if (!is_text || record.substr(keyword, 2) != "= ") return false;
+  if (!is_text || record.substr(keyword_width, 2) != "= ") return false;
   const std::string_view value = trimmed(record.substr(value_begin));
   return value.starts_with('\'') && value.find('\'', 1) != std::string_view::npos;
 }
@@ -81,10 +82,10 @@ class Header {
 
   /// Reads the records of the next block; false after END.
   bool read(std::string_view block) {
-    for (; block.size() >= record_size; block.remove_prefix(record_size)) {
-      const std::string_view record = block.substr(0, record_size);
-      if (record.starts_with(end_record)) {
-        if (!trimmed(record.substr(end_record.size())).empty()) fail("text stands behind END");
+    for (; block.size() >= record_width; block.remove_prefix(record_width)) {
+      const std::string_view record = block.substr(0, record_width);
+      if (record.starts_with(end_card)) {
+        if (!trimmed(record.substr(end_card.size())).empty()) fail("text stands behind END");
         check_end();
         return false;
       }
@@ -140,7 +141,7 @@ class Header {
       expect("BITPIX", value && is_type(*value));
       bits_ = std::abs(static_cast<double>(*value));
     } else if (records_ == 2) {
-      expect("NAXIS", value && *value >= 0 && *value <= most_axes);
+      expect("NAXIS", value && *value >= 0 && *value <= most_image_axes);
       axes_.reserve(static_cast<std::size_t>(*value));
       axis_count_ = static_cast<std::size_t>(*value);
     } else if (axes_.size() < axis_count_) {
