@@ -25,7 +25,7 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
 FootprintRange attenuation_footprints(const RenderParameters& parameters);
 
 /// Divides the brightness of observed galaxies by the share of their light that is seen in the
-/// reference band, which is at rest for absolute magnitudes. Their magnitudes then include dust.
+/// reference band. Their magnitudes then include dust. The band is at rest for absolute magnitudes.
 /// Every rank calls this function with an equal scene. Each galaxy is measured alone, once, in
 /// `threads` threads per rank, at sampling.tolerance. bench/survey_bench.py gives the errors of
 /// magnitudes.
