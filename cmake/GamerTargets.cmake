@@ -18,10 +18,8 @@ function(gamer_compile_in_groups name)
     endif()
   endforeach()
   set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
-  # Local names may be those of another file; builds without groups warn of shadows within a file. GCC
-  # takes a file of a group for a header, whose classes should not have members of unnamed namespaces.
-  target_compile_options(${name} PRIVATE -Wno-shadow
-                         $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
+  # GCC takes a file of a group for a header, whose classes should not have members of unnamed namespaces.
+  target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()
 
 # gamer_add_layer(name LINK ...): the static library gamer_<name> from all sources under src/<name>.

@@ -109,8 +109,8 @@ void Drawing::greys(const std::vector<double>& values) {
     for (int x = 0; x < width; ++x) {
       const double value = values[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
                                   static_cast<std::size_t>(x)];
-      const auto grey = static_cast<std::uint32_t>(std::clamp(value, 0.0, 1.0) * white + 0.5);
-      row[x] = grey << 16 | grey << 8 | grey;
+      const auto level = static_cast<std::uint32_t>(std::clamp(value, 0.0, 1.0) * white + 0.5);
+      row[x] = level << 16 | level << 8 | level;
     }
   }
   cairo_surface_mark_dirty(surface_.get());

@@ -99,8 +99,8 @@ std::vector<double> interpolation_weights(Kernel kernel, double x, double scale,
   double sum = 0;
   for (int i = 0; i < count; ++i) sum += weights[i] = kernel_value(kernel, (first + i - x) / scale);
   for (double& weight : weights) weight /= sum;
-  const int degree = reproduced_degree(kernel);
-  if (degree == 0) return weights;
+  const int reproduced = reproduced_degree(kernel);
+  if (reproduced == 0) return weights;
   const double reach = kernel_radius(kernel) * scale;
   const auto bell = [](double u) {
     const double w = std::max(0.0, 1 - u * u);
@@ -111,17 +111,17 @@ std::vector<double> interpolation_weights(Kernel kernel, double x, double scale,
   for (int i = 0; i < count; ++i) {
     const double u = (first + i - x) / reach;
     std::array<double, 2 * most_degree + 1> powers = {1};
-    for (int m = 1; m <= 2 * degree; ++m) powers[m] = powers[m - 1] * u;
-    for (int m = 0; m <= degree; ++m) {
+    for (int m = 1; m <= 2 * reproduced; ++m) powers[m] = powers[m - 1] * u;
+    for (int m = 0; m <= reproduced; ++m) {
       lacking[m] -= weights[i] * powers[m];
-      for (int n = 0; n <= degree; ++n) moments[m][n] += bell(u) * powers[m + n];
+      for (int n = 0; n <= reproduced; ++n) moments[m][n] += bell(u) * powers[m + n];
     }
   }
-  solve(moments, lacking, degree + 1);
+  solve(moments, lacking, reproduced + 1);
   for (int i = 0; i < count; ++i) {
     const double u = (first + i - x) / reach;
     double polynomial = 0;
-    for (int m = degree; m >= 0; --m) polynomial = polynomial * u + lacking[m];
+    for (int m = reproduced; m >= 0; --m) polynomial = polynomial * u + lacking[m];
     weights[i] += bell(u) * polynomial;
   }
   return weights;
