@@ -4,8 +4,10 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <span>
 
 #include "gamer/job/attenuation.h"
 #include "gamer/job/schedule.h"
@@ -103,11 +105,16 @@ double magnitude(const Made& made, int plane = 0) {
   return ab_magnitude(sum_of(render_image(renderer, executor), plane));
 }
 
-std::string sky(int size, double pixel_scale, const std::string& more) {
+std::string grid_sky(int size, double pixel_scale, const std::string& grid,
+                     const std::string& more) {
   return fmt::format(
-      "[image]\nsize = {}\n[camera]\nprojection = \"sky\"\ncenter = [10, 20]\npixel_scale = {}\n"
+      "[image]\nsize = {}\n[camera]\nprojection = \"sky\"\ncenter = [10, 20]\npixel_scale = {}\n{}"
       "[spectrum]\nbands = [\"sdss_r\"]\n{}",
-      size, pixel_scale, more);
+      size, pixel_scale, grid, more);
+}
+
+std::string sky(int size, double pixel_scale, const std::string& more) {
+  return grid_sky(size, pixel_scale, "", more);
 }
 
 /// Whether the pixels of the only galaxy add up to its magnitude.
@@ -226,6 +233,41 @@ TEST(Calibration, FixedFluxesDoNotDependOnTheWindow) {
   ASSERT_TRUE(is_fixed(whole) && is_fixed(part));
   EXPECT_DOUBLE_EQ(part.scene->galaxies.front().brightness,
                    whole.scene->galaxies.front().brightness);
+}
+
+/// The rms relative error of pixels above 1 % of the peak, in the first plane.
+double rms_error(const Image& seen, const Image& wanted) {
+  const std::size_t size = static_cast<std::size_t>(seen.width()) * seen.height();
+  const std::span values(seen.plane(0), size), exact(wanted.plane(0), size);
+  const double least = 0.01 * *std::ranges::max_element(exact);
+  double sum = 0;
+  int count = 0;
+  for (std::size_t i = 0; i < size; ++i) {
+    if (exact[i] < least) continue;
+    const double error = values[i] / exact[i] - 1;
+    sum += error * error;
+    ++count;
+  }
+  return std::sqrt(sum / count);
+}
+
+// At the default tolerance a pixel is the mean of its area to 3 %, as 8 x 8 rays show it.
+TEST(Calibration, PixelsOfFixedFluxesAreMeans) {
+  for (const std::string type : {"dusty_barred", "irregular", "m51"}) {
+    const auto image = [&](int rays) {
+      const std::string grid = rays > 1 ? fmt::format("supersample = {}\n", rays) : "";
+      const Made made = make(
+          fmt::format("galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
+                      "{} 10 20 0.1 4 60 22 7\n",
+                      type),
+          grid_sky(44, 0.2, grid, "[sampling]\ntolerance = 1e-3\n"));
+      EXPECT_EQ(is_fixed(made), rays == 1);
+      ThreadExecutor executor(2);
+      return render_image(Renderer(made.parameters, made.camera, made.scene, made.spectrum),
+                          executor);
+    };
+    EXPECT_LT(rms_error(image(1), image(8)), 0.03) << type;
+  }
 }
 
 // Absolute magnitudes are those without dust unless it is asked for.
