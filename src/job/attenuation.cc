@@ -55,6 +55,7 @@ AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Cam
   append(camera.right(), common_);
   const Camera whole = camera.with_window({0, 0, camera.width(), camera.height()});
   if (camera.projection() == Projection::sky) {
+    pixels_ = fmt::format("{} {} ", camera.width(), camera.height());
     for (const std::string& record : whole.wcs_records()) pixels_ += record;
     pixels_ = digest(pixels_);
   }
@@ -117,9 +118,14 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
       !parameters.photometry.attenuated.value_or(!placed.is_absolute)) {
     return ObservedLight::none;
   }
+  bool emits = false, has_dust = false, has_texture = false;
+  for (const auto& component : placed.galaxy->components()) {
+    emits = emits || !component->absorbs();
+    has_dust = has_dust || component->absorbs();
+    has_texture = has_texture || component->texture() != nullptr;
+  }
+  if (!emits || (!has_dust && !has_texture)) return ObservedLight::none;
   if (!is_draft && can_fix_flux(placed, parameters, camera)) return ObservedLight::rays;
-  const bool has_dust = std::ranges::any_of(
-      placed.galaxy->components(), [](const auto& component) { return component->absorbs(); });
   return has_dust ? ObservedLight::dust : ObservedLight::none;
 }
 

@@ -151,7 +151,8 @@ void TruthRows::describe_light(const PlacedGalaxy& placed, const GalaxyMeasure& 
     }
     const double seen = flux * measured.attenuation[p];
     row[first_plane + p] = is_relative() ? seen : ab_magnitude(seen);
-    row[first_plane + planes() + p] = is_relative() ? flux : ab_magnitude(flux);
+    const double bare = flux * measured.dust_free[p];
+    row[first_plane + planes() + p] = is_relative() ? bare : ab_magnitude(bare);
   }
 }
 

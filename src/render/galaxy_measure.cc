@@ -1,10 +1,12 @@
 #include "gamer/render/galaxy_measure.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <numeric>
+#include <optional>
 
 namespace gamer {
 namespace {
@@ -22,6 +24,11 @@ constexpr double least_sine = 1e-6;
 
 // Largest half side, in pixels, of the window in which a galaxy's own rays are added up.
 constexpr double largest_window = 64;
+
+// Largest cosine of the angle between a pixel's sides there, and largest relative change of a
+// pixel's area over the window.
+constexpr double largest_skew = 0.1;
+constexpr double largest_change = 1e-5;
 
 /// Side of the stamp, pixels. A pixel of a round galaxy's stamp is as wide as the distance of rays.
 /// Most pixels thus have one ray; cells refine the stamp where needed.
@@ -100,6 +107,18 @@ ImageRegion window_of(const PlacedGalaxy& galaxy, const Camera& camera) {
           static_cast<int>(std::floor(centre.y - half)), side, side};
 }
 
+/// Directions of the sides of a pixel, in radians; none where the sky ends next to it.
+std::optional<std::array<glm::dvec3, 2>> sides_of_pixel(const Camera& camera,
+                                                        const glm::dvec2& pixel) {
+  const std::optional<Ray> right = camera.ray(pixel.x + 1, pixel.y),
+                           left = camera.ray(pixel.x - 1, pixel.y),
+                           above = camera.ray(pixel.x, pixel.y + 1),
+                           below = camera.ray(pixel.x, pixel.y - 1);
+  if (!right || !left || !above || !below) return std::nullopt;
+  return std::array{0.5 * (right->direction - left->direction),
+                    0.5 * (above->direction - below->direction)};
+}
+
 /// The image's rays that meet the galaxy.
 View image_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                 const Camera& camera) {
@@ -107,20 +126,16 @@ View image_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
   const double pixel = camera.pixel_size(galaxy.centre);
   const glm::dvec3 north = camera.up_at(galaxy.centre);
   const glm::dvec3 east = glm::cross(camera.towards(galaxy.centre), north);
-  const auto direction = [&](double x, double y) {
-    return camera.ray(centre.x + x, centre.y + y)->direction;
-  };
-  const double scale = 0.5 * camera.distance(galaxy.centre) / pixel;
-  const glm::dvec3 along_x = scale * (direction(1, 0) - direction(-1, 0));
-  const glm::dvec3 along_y = scale * (direction(0, 1) - direction(0, -1));
+  const double scale = camera.distance(galaxy.centre) / pixel;
+  const auto [along_x, along_y] = *sides_of_pixel(camera, centre);
   return {parameters,
           Accuracy::from_tolerance(parameters.sampling.tolerance),
           camera.with_window(window_of(galaxy, camera)),
           centre,
           pixel,
           camera.solid_angle(centre.x, centre.y),
-          {glm::dot(along_x, north), glm::dot(along_y, north)},
-          {glm::dot(along_x, east), glm::dot(along_y, east)}};
+          scale * glm::dvec2(glm::dot(along_x, north), glm::dot(along_y, north)),
+          scale * glm::dvec2(glm::dot(along_x, east), glm::dot(along_y, east))};
 }
 
 /// Parallel rays along the camera's line of sight, in a square just as wide as the galaxy.
@@ -167,11 +182,19 @@ std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& cam
 bool can_fix_flux(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera) {
   if (camera.projection() != Projection::sky || parameters.camera.supersample) return false;
-  if (!camera.pixel(galaxy.centre) || !(half_window(galaxy, camera) < largest_window)) return false;
+  const std::optional<glm::dvec2> centre = camera.pixel(galaxy.centre);
+  if (!centre || !(half_window(galaxy, camera) < largest_window)) return false;
+  const auto sides = sides_of_pixel(camera, *centre);
+  if (!sides) return false;
+  const auto& [x, y] = *sides;
+  if (std::abs(glm::dot(x, y)) > largest_skew * glm::length(x) * glm::length(y)) return false;
   const ImageRegion window = window_of(galaxy, camera);
-  const auto shows_sky = [&](int x, int y) { return camera.ray(x, y).has_value(); };
-  return shows_sky(window.left, window.bottom) && shows_sky(window.right(), window.bottom) &&
-         shows_sky(window.left, window.top()) && shows_sky(window.right(), window.top());
+  const double area = camera.solid_angle(centre->x, centre->y);
+  const auto is_alike = [&](int column, int row) {
+    return std::abs(camera.solid_angle(column, row) - area) <= largest_change * area;
+  };
+  return is_alike(window.left, window.bottom) && is_alike(window.right(), window.bottom) &&
+         is_alike(window.left, window.top()) && is_alike(window.right(), window.top());
 }
 
 FootprintRange measure_footprints(const RenderParameters& parameters, double ray_distance) {
@@ -194,7 +217,7 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   // Stars count as smooth light.
   view.parameters.sampling.stars_per_pixel = 0;
   TruthSettings images;
-  images.dust_free = !galaxy.has_fixed_flux;
+  images.dust_free = true;
   const Renderer renderer(view.parameters, view.accuracy, view.camera, alone, spectrum, images);
 
   const std::size_t planes = spectrum.planes.size();
@@ -205,7 +228,7 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   renderer.sample_light([&](double x, double y, double area, std::span<const double> values) {
     for (std::size_t p = 0; p < planes; ++p) {
       seen[p] += values[p];
-      if (images.dust_free) free[p] += values[planes + p];
+      free[p] += values[planes + p];
     }
     const glm::dvec2 offset = glm::dvec2(x, y) - view.centre;
     const double n = glm::dot(view.north, offset), e = glm::dot(view.east, offset);
@@ -218,13 +241,13 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
     ee += flux * e * e;
     ne += flux * n * e;
   });
-  if (galaxy.has_fixed_flux) {
-    free = dust_free_flux(galaxy, camera, spectrum);
-    for (double& flux : seen) flux *= view.area;
-  }
   GalaxyMeasure result;
+  const std::vector<double> exact = dust_free_flux(galaxy, camera, spectrum);
   for (std::size_t p = 0; p < planes; ++p) {
-    result.attenuation.push_back(free[p] > 0 ? seen[p] / free[p] : 1.0);
+    const bool is_fixed = galaxy.has_fixed_flux && exact[p] > 0;
+    const double whole = is_fixed ? exact[p] / view.area : free[p];
+    result.attenuation.push_back(whole > 0 ? seen[p] / whole : 1.0);
+    result.dust_free.push_back(is_fixed ? free[p] / whole : 1.0);
   }
   result.optical_depth = renderer.optical_depth(view.centre.x, view.centre.y);
   if (!(sum > 0)) return result;

@@ -68,6 +68,14 @@ std::span<const glm::dvec2> lattice(int count) {
   return lattices[static_cast<std::size_t>(count)];
 }
 
+/// Whether a ray comes within a distance of a galaxy's ball, scene units.
+bool is_within(const Ray& ray, const PlacedGalaxy& placed, double distance) {
+  const glm::dvec3 offset = ray.origin - placed.centre;
+  const double along = glm::dot(offset, ray.direction);
+  const double reach = placed.bounding_radius + distance;
+  return glm::dot(offset, offset) - along * along <= reach * reach;
+}
+
 }  // namespace
 
 Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
@@ -75,19 +83,24 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
   Coarseness result;
   const Accuracy& accuracy = medium_.accuracy();
   const bool is_parallel = camera_.projection() == Projection::orthographic;
-  for (const int g : galaxies) {
+  const auto meets = [&](int g) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
-    const glm::dvec3 offset = ray.origin - placed.centre;
-    const double along = glm::dot(offset, ray.direction);
-    const double across2 = glm::dot(offset, offset) - along * along;
-    const double reach = placed.bounding_radius + size * camera_.pixel_size(placed.centre);
-    if (across2 > reach * reach) continue;
-    const double spacing = placed.has_fixed_flux ? accuracy.fixed_flux_spacing : 1;
+    return is_within(ray, placed, size * camera_.pixel_size(placed.centre));
+  };
+  const auto is_alone = [&](int own) {
+    return std::ranges::none_of(galaxies, [&](int g) { return g != own && meets(g); });
+  };
+  for (const int g : galaxies) {
+    if (!meets(g)) continue;
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
+    // The dust of a galaxy also dims others, whose fluxes its own rays do not fix.
+    const bool is_fixed = placed.has_fixed_flux && is_alone(g);
+    const double spacing = is_fixed ? accuracy.fixed_flux_spacing : 1;
     const double finest = spacing * accuracy.ray_spacing * accuracy.widest_footprint;
     const double at_edges = spacing * accuracy.edge_spacing * accuracy.widest_footprint;
     const double ray_size = std::sqrt(spacing) * accuracy.ray_size;
     const double cell_size = std::sqrt(spacing) * accuracy.cell_size;
-    const glm::dvec3 origin = placed.to_ball * offset;
+    const glm::dvec3 origin = placed.to_ball * (ray.origin - placed.centre);
     glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
     // Galaxies behind the camera are not seen.

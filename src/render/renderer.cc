@@ -245,12 +245,11 @@ void Renderer::count_pixels(int left, int right, int bottom, int top, RenderCoun
 void Renderer::sample_light(const std::function<void(double x, double y, double area,
                                                      std::span<const double> values)>& take) const {
   const ImageRegion& window = camera_.window();
-  const auto width = static_cast<std::size_t>(window.width);
   RenderCounts counts;
   Workspace work;
   GalaxyIndex::Found near;
-  std::vector<double> row(layout_.size() * width), values(layout_.size());
-  LightSums sums(layout_, unit_factors_, width, row);
+  std::vector<double> row(layout_.size() * rays_at_once), values(layout_.size());
+  LightSums sums(layout_, unit_factors_, rays_at_once, row);
   for (int y = window.bottom; y < window.top(); ++y) {
     const auto rays = index_.pixels(window.left, window.right(), y, y + 1);
     if (!rays) continue;
@@ -258,15 +257,16 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
     aim(window.left, window.right(), y, work);
     for (int x = window.left; x < window.right(); ++x) place_samples(x, y, 0, near, work);
     // Each ray becomes a pixel of its own.
-    for (std::size_t begin = 0; begin < work.samples.size(); begin += width) {
+    for (std::size_t begin = 0; begin < work.samples.size(); begin += rays_at_once) {
       check_cancelled();
       const std::span<Sample> part =
-          std::span(work.samples).subspan(begin, std::min(width, work.samples.size() - begin));
+          std::span(work.samples)
+              .subspan(begin, std::min(rays_at_once, work.samples.size() - begin));
       for (std::size_t i = 0; i < part.size(); ++i) part[i].pixel = static_cast<int>(i);
       sums.clear();
       add_light(part, near, work, sums, counts);
       for (std::size_t i = 0; i < part.size(); ++i) {
-        for (std::size_t o = 0; o < values.size(); ++o) values[o] = row[o * width + i];
+        for (std::size_t o = 0; o < values.size(); ++o) values[o] = row[o * rays_at_once + i];
         take(part[i].x, part[i].y, part[i].weight, values);
       }
     }

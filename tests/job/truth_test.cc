@@ -221,6 +221,20 @@ TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
   }
 }
 
+// Neither dust alone, nor smooth light without dust, nor a galaxy on a grid of rays has a flux to
+// fix.
+TEST(Calibration, FluxesAreFixedWhereItHelps) {
+  const auto fixes = [](const std::string& type, const std::string& grid) {
+    return is_fixed(
+        make("galaxy ra dec redshift size_arcsec apparent_magnitude\n" + type + " 10 20 0.1 2 22\n",
+             grid_sky(20, 0.3, grid, "[sampling]\ntolerance = 1e-2\n")));
+  };
+  EXPECT_TRUE(fixes("mixed", ""));
+  EXPECT_TRUE(fixes("clumps", ""));
+  EXPECT_FALSE(fixes("bulge", ""));
+  EXPECT_FALSE(fixes("mixed", "supersample = 2\n"));
+}
+
 // A galaxy of fixed flux is cut neither by the image's border nor by a region, and its pixels do
 // not depend on them.
 TEST(Calibration, FixedFluxesDoNotDependOnTheWindow) {

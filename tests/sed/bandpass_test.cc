@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-const std::string band_head = "# wavelength: Angstrom\n# response: photons\n";
+const std::string head = "# wavelength: Angstrom\n# response: photons\n";
 
 std::string text_error(const std::string& text) {
   return error_text([&] { parse_bandpass(text, "x.band", "x"); });
@@ -193,7 +193,7 @@ TEST(ParseBandpass, ReadsPhotonsAndThroughput) {
   EXPECT_DOUBLE_EQ(band->response(5500), 0.5);
   EXPECT_EQ(band->range().high, 8000);
   EXPECT_DOUBLE_EQ(band->width(), 1500);
-  EXPECT_EQ(parse_bandpass(band_head + "500 0\n600 1\n", "x.band", "x")->throughput(), 1);
+  EXPECT_EQ(parse_bandpass(head + "500 0\n600 1\n", "x.band", "x")->throughput(), 1);
 }
 
 // Per photon, energy response E falls as E/lambda; the largest value stays.
@@ -209,40 +209,38 @@ TEST(ParseBandpass, ConvertsEnergy) {
 TEST(ParseBandpass, Errors) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"500 0\n600 1\n",
-       "x.band:1:1: the band_head does not say the wavelength; add the line "
+       "x.band:1:1: the head does not say the wavelength; add the line "
        "'# wavelength: Angstrom' (or nm, um)"},
       {"# wavelength: nm\n500 0\n600 1\n",
-       "x.band:1:1: the band_head does not say the response; add the line "
+       "x.band:1:1: the head does not say the response; add the line "
        "'# response: photons' (or energy)"},
       {"# wavelength: nm\n# response: photon\n500 0\n600 1\n",
        "x.band:2:13: unknown response 'photon', known: photons, energy; did you mean 'photons'?"},
-      {band_head + "# throughput: 45%\n500 0\n600 1\n", "x.band:3:15: '45%' is not a number"},
-      {band_head + "# throughput: 45\n500 0\n600 1\n",
-       "x.band:3:15: throughput 45 is outside ]0, 1]"},
-      {band_head + "# throughput: 0\n500 0\n600 1\n",
-       "x.band:3:15: throughput 0 is outside ]0, 1]"},
-      {band_head + "# throughput: 0.1\n# throughput: 0.2\n500 0\n600 1\n",
+      {head + "# throughput: 45%\n500 0\n600 1\n", "x.band:3:15: '45%' is not a number"},
+      {head + "# throughput: 45\n500 0\n600 1\n", "x.band:3:15: throughput 45 is outside ]0, 1]"},
+      {head + "# throughput: 0\n500 0\n600 1\n", "x.band:3:15: throughput 0 is outside ]0, 1]"},
+      {head + "# throughput: 0.1\n# throughput: 0.2\n500 0\n600 1\n",
        "x.band:4:15: 'throughput' is given twice, first in line 3"},
-      {band_head + "500 0\n600 x\n", "x.band:4:5: 'x' is not a number"},
-      {band_head + "500 0\n600 -0.1\n", "x.band:4:5: negative response: -0.1"},
-      {band_head + "500 0\n500 1\n", "x.band:4:1: wavelengths are not ascending: 500 after 500"},
-      {band_head + "500 0\n600 0\n", "x.band:3:5: the response is zero in all rows"},
-      {band_head + "500 1\n", "x.band:3:1: 1 row where at least 2 are needed"},
-      {band_head + "0.5 0\n600 1\n",
+      {head + "500 0\n600 x\n", "x.band:4:5: 'x' is not a number"},
+      {head + "500 0\n600 -0.1\n", "x.band:4:5: negative response: -0.1"},
+      {head + "500 0\n500 1\n", "x.band:4:1: wavelengths are not ascending: 500 after 500"},
+      {head + "500 0\n600 0\n", "x.band:3:5: the response is zero in all rows"},
+      {head + "500 1\n", "x.band:3:1: 1 row where at least 2 are needed"},
+      {head + "0.5 0\n600 1\n",
        "x.band:3:1: wavelength 0.5 Angstrom is outside [1, 10000000000], where bandpasses lie"},
-      {band_head + "500 0\n1e300 1\n",
+      {head + "500 0\n1e300 1\n",
        "x.band:4:1: wavelength 1e+300 Angstrom is outside [1, 10000000000], where bandpasses lie"},
-      {band_head + "500 0\n600 1e308\n",
+      {head + "500 0\n600 1e308\n",
        "x.band:3:1: the response is too large or too small to integrate"},
-      {band_head + "500 0\n600 1e-320\n",
+      {head + "500 0\n600 1e-320\n",
        "x.band:3:1: the response is too large or too small to integrate"}};
   for (const auto& [text, message] : cases) EXPECT_EQ(text_error(text), message);
 }
 
 TEST(FindBandpass, NamesAndRecords) {
   Resources resources = Resources::from_record(
-      {{"bandpasses/narrow", "bandpasses/narrow.band", band_head + "5000 0\n5010 1\n5020 0\n"},
-       {"bandpasses/bad", "bandpasses/bad.band", band_head + "5000 0\n5010 -1\n"}});
+      {{"bandpasses/narrow", "bandpasses/narrow.band", head + "5000 0\n5010 1\n5020 0\n"},
+       {"bandpasses/bad", "bandpasses/bad.band", head + "5000 0\n5010 -1\n"}});
   EXPECT_EQ(find_bandpass("narrow", "", resources)->name(), "narrow");
   EXPECT_EQ(error_text([&] { find_bandpass("bad", "", resources); }),
             "bandpasses/bad.band:4:6: negative response: -1");

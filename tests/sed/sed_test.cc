@@ -92,22 +92,22 @@ TEST(ParseSed, ConvertsFnuAndPhotons) {
 }
 
 TEST(ParseSed, Errors) {
-  const std::string head = "# wavelength: nm\n# flux: fnu\n";
-  EXPECT_EQ(sed_error(head + "100 1\n200 1\n"),
+  const std::string sed_head = "# wavelength: nm\n# flux: fnu\n";
+  EXPECT_EQ(sed_error(sed_head + "100 1\n200 1\n"),
             "x.sed:4:1: wavelengths 1000 to 2000 Angstrom do not cover 5500 Angstrom, where SEDs "
             "are normalised");
-  EXPECT_EQ(sed_error(head + "600 1\n700 1\n"),
+  EXPECT_EQ(sed_error(sed_head + "600 1\n700 1\n"),
             "x.sed:3:1: wavelengths 6000 to 7000 Angstrom do not cover 5500 Angstrom, where SEDs "
             "are normalised");
-  EXPECT_EQ(sed_error(head + "400 1\n500 0\n600 0\n"),
+  EXPECT_EQ(sed_error(sed_head + "400 1\n500 0\n600 0\n"),
             "x.sed:5:5: no flux at 5500 Angstrom, where SEDs are normalised");
-  EXPECT_EQ(sed_error(head + "400 1e300\n550 1e-300\n600 1\n"),
+  EXPECT_EQ(sed_error(sed_head + "400 1e300\n550 1e-300\n600 1\n"),
             "x.sed:4:5: the flux at 5500 Angstrom is too small beside the largest to normalise by "
             "it");
-  EXPECT_EQ(sed_error(head + "1e-200 1\n550 1\n"),
+  EXPECT_EQ(sed_error(sed_head + "1e-200 1\n550 1\n"),
             "x.sed:4:5: the flux at 5500 Angstrom is too small beside the largest to normalise by "
             "it");
-  EXPECT_EQ(sed_error(head + "1 0\n550 1e-320\n"),
+  EXPECT_EQ(sed_error(sed_head + "1 0\n550 1e-320\n"),
             "x.sed:4:5: the flux at 5500 Angstrom, 1e-320, is too small to normalise by it");
   EXPECT_EQ(sed_error(""),
             "x.sed:1:1: the head does not say the wavelength; add the line "

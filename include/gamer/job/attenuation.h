@@ -11,9 +11,9 @@ namespace gamer {
 /// How a galaxy's magnitude includes what its own dust absorbs. photometry.attenuated decides
 /// whether it does; by default apparent magnitudes do.
 enum class ObservedLight {
-  none,  ///< not at all: in relative images, and for other galaxies without dust
+  rays,  ///< the galaxy's rays in the image add up to its magnitude (PlacedGalaxy::has_fixed_flux)
   dust,  ///< by the share of light that dust absorbs, as parallel rays measure it
-  rays   ///< the galaxy's rays in the image add up to its magnitude (PlacedGalaxy::has_fixed_flux)
+  none   ///< not at all: in relative images, and where neither dust nor texture needs it
 };
 
 /// How a galaxy's magnitude includes dust. `unit` is that of the image. The light of drafts does

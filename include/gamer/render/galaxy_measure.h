@@ -11,6 +11,9 @@ struct GalaxyMeasure {
   /// [plane] Ratio of light with dust to light without dust. Where the flux is fixed, the latter is
   /// not that of the rays, but dust_free_flux().
   std::vector<double> attenuation;
+  /// [plane] Light of the rays without dust, as a share of dust_free_flux(); 1 where the flux is
+  /// not fixed.
+  std::vector<double> dust_free;
   double half_light_radius = 0;  ///< scene units; circle around the centre, first plane, with dust
   /// Ellipticity from second moments of the light of the first plane, with dust, about its
   /// centroid. With the axes N (up in the image) and E (left), e1 + i e2 = (Q_NN - Q_EE + 2 i
@@ -25,7 +28,7 @@ std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& cam
                                    const Spectrum& spectrum, bool bulge_only = false);
 
 /// Whether a galaxy can be measured with its own rays in the image. It is whole in a sky view
-/// without a grid of rays, and not larger than 128 pixels.
+/// without a grid of rays, and not larger than 128 pixels, which are rectangles of equal area.
 bool can_fix_flux(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera);
 
