@@ -214,6 +214,11 @@ TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
       const Made small = made(90, tolerance);
       ASSERT_TRUE(is_fixed(small));
       EXPECT_NEAR(magnitude(small), 22, rounding) << type << ' ' << tolerance;
+      // So does the table of truth.
+      const PlacedGalaxy& galaxy = small.scene->galaxies.front();
+      const double bare = dust_free_flux(galaxy, small.camera, small.spectrum).front();
+      EXPECT_NEAR(ab_magnitude(bare * measure_alone(galaxy, small).attenuation.front()), 22,
+                  rounding);
     }
     const Made large = made(150, 1e-2);
     ASSERT_FALSE(is_fixed(large));
