@@ -83,19 +83,10 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
   Coarseness result;
   const Accuracy& accuracy = medium_.accuracy();
   const bool is_parallel = camera_.projection() == Projection::orthographic;
-  const auto meets = [&](int g) {
-    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
-    return is_within(ray, placed, size * camera_.pixel_size(placed.centre));
-  };
-  const auto is_alone = [&](int own) {
-    return std::ranges::none_of(galaxies, [&](int g) { return g != own && meets(g); });
-  };
   for (const int g : galaxies) {
-    if (!meets(g)) continue;
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
-    // The dust of a galaxy also dims others, whose fluxes its own rays do not fix.
-    const bool is_fixed = placed.has_fixed_flux && is_alone(g);
-    const double spacing = is_fixed ? accuracy.fixed_flux_spacing : 1;
+    if (!is_within(ray, placed, size * camera_.pixel_size(placed.centre))) continue;
+    const double spacing = placed.has_fixed_flux ? accuracy.fixed_flux_spacing : 1;
     const double finest = spacing * accuracy.ray_spacing * accuracy.widest_footprint;
     const double at_edges = spacing * accuracy.edge_spacing * accuracy.widest_footprint;
     const double ray_size = std::sqrt(spacing) * accuracy.ray_size;
