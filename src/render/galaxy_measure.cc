@@ -154,7 +154,7 @@ View stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
   }
   view.camera.width = 2 * galaxy.bounding_radius;
   view.camera.supersample.reset();
-  const double middle = 0.5 * (view.width - 1), pixel = view.camera.width / view.width;
+  const double middle = middle_pixel(view.width), pixel = view.camera.width / view.width;
   const Camera stamp(view);
   return {view, accuracy, stamp, {middle, middle}, pixel, pixel * pixel, {0, 1}, {-1, 0}};
 }
