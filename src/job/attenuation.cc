@@ -3,9 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
+#include <span>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "gamer/core/random.h"
+#include "gamer/job/calibration_cache.h"
 #include "gamer/render/galaxy_measure.h"
 #include "gamer/render/spectral_basis.h"
 
@@ -29,7 +34,7 @@ std::string digest(const std::string& text) {
 class AttenuationNames {
  public:
   AttenuationNames(const RenderParameters& parameters, const Camera& camera,
-                   const Bandpass& reference);
+                   const Bandpass& reference, std::span<const double> spectral_nodes);
   std::string name(const PlacedGalaxy& probe) const;
 
  private:
@@ -40,11 +45,12 @@ class AttenuationNames {
   Sed::Range band_;
   std::vector<double> wavelengths_;  ///< of the band's quadrature
   std::string common_;               ///< what all galaxies share
-  std::string pixels_;               ///< the places of the image's pixels in the sky
+  std::string pixels_;  ///< the places of the image's pixels in the sky, and the spectral nodes
 };
 
 AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Camera& camera,
-                                   const Bandpass& reference)
+                                   const Bandpass& reference,
+                                   std::span<const double> spectral_nodes)
     : camera_(camera), band_(reference.range()) {
   const Bandpass::Nodes nodes = reference.nodes();
   wavelengths_ = nodes.wavelength;
@@ -57,6 +63,7 @@ AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Cam
   if (camera.projection() == Projection::sky) {
     pixels_ = fmt::format("{} {} ", camera.width(), camera.height());
     for (const std::string& record : whole.wcs_records()) pixels_ += record;
+    for (const double node : spectral_nodes) append(node, pixels_);
     pixels_ = digest(pixels_);
   }
   for (const ParameterSection& section : render_parameter_sections()) {
@@ -125,7 +132,7 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
     has_texture = has_texture || component->texture() != nullptr;
   }
   if (!emits || (!has_dust && !has_texture)) return ObservedLight::none;
-  if (!is_draft && can_fix_flux(placed, parameters, camera)) return ObservedLight::rays;
+  if (!is_draft && can_be_layer(placed, parameters, camera)) return ObservedLight::rays;
   return has_dust ? ObservedLight::dust : ObservedLight::none;
 }
 
@@ -133,40 +140,200 @@ FootprintRange attenuation_footprints(const RenderParameters& parameters) {
   return measure_footprints(parameters, ray_distance);
 }
 
-void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
-                       const Bandpass& reference, bool is_draft, const Ranks& ranks, int threads,
-                       Scene& scene, CalibrationMemory* memory) {
+namespace {
+
+// Largest memory of the layers that a rank keeps.
+constexpr std::size_t most_layer_bytes = std::size_t{128} << 20;
+
+/// The place of a band among the planes; none if it is not there.
+std::optional<std::size_t> plane_of(const Bandpass& band, const Spectrum& spectrum) {
+  const auto found = std::ranges::find_if(spectrum.planes, [&](const SpectralPlane& plane) {
+    return plane.band != nullptr && plane.band->name() == band.name() &&
+           plane.band->pivot() == band.pivot();
+  });
+  if (found == spectrum.planes.end()) return std::nullopt;
+  return static_cast<std::size_t>(found - spectrum.planes.begin());
+}
+
+/// The rays of galaxies of fixed flux. Absolute magnitudes count at redshift 0, apart from the
+/// image.
+class FixedFluxes {
+ public:
+  FixedFluxes(const RenderParameters& parameters, const Bandpass& reference, bool truth,
+              const RenderJob& job);
+
+  /// Measures a galaxy of the scene.
+  GalaxyMeasure measure(std::size_t galaxy);
+  /// Light that reaches the observer in the reference band, over that without dust.
+  double attenuation(const GalaxyMeasure& measured) const { return measured.attenuation[plane_]; }
+  /// Whether what is measured of a galaxy is that of the image.
+  bool is_of_image(const PlacedGalaxy& galaxy) const { return has_planes_ && !galaxy.is_absolute; }
+  const Spectrum& spectrum() const { return spectrum_; }
+  std::vector<double> spectral_nodes() const { return renderer_.spectral_nodes(); }
+  const std::shared_ptr<GalaxyLayers>& layers() const { return layers_; }
+
+ private:
+  static std::shared_ptr<const Scene> at_rest(const Scene& scene);
+  static Spectrum planes(const Bandpass& reference, const RenderJob& job);
+  static TruthSettings images(const RenderParameters& parameters, bool truth);
+
+  bool has_planes_;
+  std::size_t plane_;
+  Spectrum spectrum_;
+  const Camera& camera_;
+  std::shared_ptr<const Scene> scene_;
+  Renderer renderer_;
+  bool drops_dust_free_;  ///< from layers, since the image does not show it
+  std::shared_ptr<GalaxyLayers> layers_;
+};
+
+std::shared_ptr<const Scene> FixedFluxes::at_rest(const Scene& scene) {
+  auto result = std::make_shared<Scene>(scene);
+  for (PlacedGalaxy& galaxy : result->galaxies) {
+    if (galaxy.is_absolute) galaxy.redshift = 0;
+  }
+  return result;
+}
+
+Spectrum FixedFluxes::planes(const Bandpass& reference, const RenderJob& job) {
+  if (plane_of(reference, job.spectrum)) return job.spectrum;
+  Spectrum alone;
+  alone.planes = {
+      {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
+  alone.igm = job.parameters.spectrum.igm;
+  return alone;
+}
+
+TruthSettings FixedFluxes::images(const RenderParameters& parameters, bool truth) {
+  TruthSettings images = truth ? parameters.truth : TruthSettings();
+  images.dust_free = truth;
+  return images;
+}
+
+FixedFluxes::FixedFluxes(const RenderParameters& parameters, const Bandpass& reference, bool truth,
+                         const RenderJob& job)
+    : has_planes_(plane_of(reference, job.spectrum).has_value()),
+      plane_(plane_of(reference, job.spectrum).value_or(0)),
+      spectrum_(planes(reference, job)),
+      camera_(job.camera),
+      scene_(at_rest(*job.scene)),
+      renderer_(parameters, job.camera, scene_, spectrum_, images(parameters, truth)),
+      drops_dust_free_(truth && !parameters.truth.dust_free),
+      layers_(std::make_shared<GalaxyLayers>(scene_->galaxies.size(), most_layer_bytes)) {}
+
+GalaxyMeasure FixedFluxes::measure(std::size_t galaxy) {
+  const PlacedGalaxy& placed = scene_->galaxies[galaxy];
+  GalaxyLayer layer;
+  GalaxyMeasure result =
+      measure_fixed(renderer_, placed, static_cast<int>(galaxy), camera_, spectrum_, layer);
+  if (is_of_image(placed)) {
+    if (drops_dust_free_) layer.shorten(layer.numbers - spectrum_.planes.size());
+    layers_->keep(galaxy, std::move(layer));
+  }
+  return result;
+}
+
+/// Gives every rank the layers of all ranks, as many as together take most_layer_bytes on their way.
+/// Every rank calls it.
+void share_layers(const Ranks& ranks, std::size_t galaxies, GalaxyLayers& layers) {
+  CalibrationParts own;
+  std::size_t room = most_layer_bytes / static_cast<std::size_t>(ranks.size());
+  for (std::size_t g = 0; g < galaxies; ++g) {
+    const GalaxyLayer* const layer = layers.find(g);
+    if (layer == nullptr) continue;
+    const std::size_t bytes = layer->values.size() * sizeof(double);
+    if (bytes > room) break;
+    room -= bytes;
+    const ImageRegion& region = layer->region;
+    std::vector<double>& numbers = own[std::to_string(g)];
+    numbers = {static_cast<double>(region.left), static_cast<double>(region.bottom),
+               static_cast<double>(region.width), static_cast<double>(region.height),
+               static_cast<double>(layer->numbers)};
+    numbers.insert(numbers.end(), layer->values.begin(), layer->values.end());
+  }
+  CalibrationParts all;
+  for (const std::string& packed : ranks.gather(pack_parts(own))) all.merge(unpack_parts(packed));
+  all = unpack_parts(ranks.broadcast(ranks.rank() == 0 ? pack_parts(all) : ""));
+  for (const auto& [name, numbers] : all) {
+    const std::size_t g = std::stoul(name);
+    if (layers.find(g) != nullptr) continue;
+    const auto whole = [&](std::size_t i) { return static_cast<int>(numbers[i]); };
+    constexpr std::size_t head = 5;
+    layers.keep(g, {{whole(0), whole(1), whole(2), whole(3)},
+                    static_cast<std::size_t>(numbers[head - 1]),
+                    {numbers.begin() + head, numbers.end()}});
+  }
+}
+
+}  // namespace
+
+void apply_attenuation(const RenderParameters& parameters, const Bandpass& reference,
+                       const RenderJob::Pending& pending, const Ranks& ranks, int threads,
+                       RenderJob& job, CalibrationMemory* memory) {
+  Scene& scene = *job.scene;
   Spectrum band;
   band.planes = {
       {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
   band.igm = parameters.spectrum.igm;
-  std::vector<PlacedGalaxy*> observed;
-  for (PlacedGalaxy& placed : scene.galaxies) {
-    const ObservedLight light = observed_light(placed, parameters, camera, scene.unit, is_draft);
+  std::vector<std::size_t> observed;
+  std::optional<FixedFluxes> fixed;
+  for (std::size_t g = 0; g < scene.galaxies.size(); ++g) {
+    PlacedGalaxy& placed = scene.galaxies[g];
+    const ObservedLight light =
+        observed_light(placed, parameters, job.camera, scene.unit, pending.is_draft);
     if (light == ObservedLight::none) continue;
     placed.has_fixed_flux = light == ObservedLight::rays;
-    observed.push_back(&placed);
+    observed.push_back(g);
   }
-  const AttenuationNames names(parameters, camera, reference);
-  const auto attenuation = [&](const PlacedGalaxy& probe, double& value) {
-    const std::string name = memory != nullptr ? names.name(probe) : "";
-    if (memory != nullptr && memory->recall(name, {&value, 1})) return;
-    value = measure(probe, parameters, camera, band, ray_distance).attenuation.front();
-    if (memory != nullptr) memory->keep(name, {&value, 1});
+  const auto is_fixed = [&](std::size_t g) { return scene.galaxies[g].has_fixed_flux; };
+  if (std::ranges::any_of(observed, is_fixed)) {
+    for (PlacedGalaxy& placed : scene.galaxies) {
+      placed.is_layer = placed.has_fixed_flux || can_be_layer(placed, parameters, job.camera);
+    }
+    fixed.emplace(parameters, reference, pending.truth, job);
+  }
+  const AttenuationNames names(parameters, job.camera, reference,
+                               fixed ? fixed->spectral_nodes() : std::vector<double>());
+  // Numbers of a galaxy: its attenuation, then its properties where the table of truth needs them.
+  const std::size_t numbers =
+      1 + (fixed && pending.truth ? GalaxyMeasure::numbers(fixed->spectrum().planes.size()) : 0);
+  const auto measure_galaxy = [&](std::size_t g, std::span<double> values) {
+    PlacedGalaxy galaxy = scene.galaxies[g];
+    if (galaxy.is_absolute) galaxy.redshift = 0;
+    const std::string name = memory != nullptr ? names.name(galaxy) : "";
+    if (memory != nullptr && memory->recall(name, values.first(1))) return;
+    if (galaxy.has_fixed_flux) {
+      const GalaxyMeasure measured = fixed->measure(g);
+      values[0] = fixed->attenuation(measured);
+      if (values.size() > 1) std::ranges::copy(measured.packed(), values.begin() + 1);
+    } else {
+      values[0] = measure(galaxy, parameters, job.camera, band, ray_distance).attenuation.front();
+    }
+    if (memory != nullptr) memory->keep(name, values.first(1));
   };
   const auto count = static_cast<int>(observed.size());
   constexpr int blocks_per_thread = 16;
   const int block = std::max(1, count / (blocks_per_thread * ranks.size() * threads));
-  const std::vector<double> seen = ranks.compute_together(
-      even_blocks(count, block), 1, threads, [&](RowRange rows, std::span<double> values) {
+  const std::vector<double> all = ranks.compute_together(
+      even_blocks(count, block), numbers, threads, [&](RowRange rows, std::span<double> values) {
         for (int row = rows.first; row < rows.last; ++row) {
-          PlacedGalaxy galaxy = *observed[static_cast<std::size_t>(row)];
-          if (galaxy.is_absolute) galaxy.redshift = 0;
-          attenuation(galaxy, values[static_cast<std::size_t>(row - rows.first)]);
+          const std::size_t place = static_cast<std::size_t>(row - rows.first) * numbers;
+          measure_galaxy(observed[static_cast<std::size_t>(row)], values.subspan(place, numbers));
         }
+      },
+      [&](int more) {
+        if (pending.progress) pending.progress(more, count);
       });
+  if (fixed && ranks.size() > 1) share_layers(ranks, scene.galaxies.size(), *fixed->layers());
+  if (fixed) job.layers = fixed->layers();
+  if (numbers > 1) job.measures.resize(scene.galaxies.size());
   for (std::size_t row = 0; row < observed.size(); ++row) {
-    if (seen[row] > 0) observed[row]->brightness /= seen[row];
+    const std::size_t g = observed[row];
+    const std::span<const double> own = std::span(all).subspan(row * numbers, numbers);
+    if (numbers > 1 && is_fixed(g) && fixed->is_of_image(scene.galaxies[g]) && own[0] > 0) {
+      job.measures[g] = GalaxyMeasure::unpacked(own.subspan(1));
+    }
+    if (own[0] > 0) scene.galaxies[g].brightness /= own[0];
   }
 }
 

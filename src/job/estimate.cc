@@ -16,7 +16,7 @@
 #include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"
 #include "gamer/job/stamps.h"
-#include "gamer/render/galaxy_measure.h"
+#include "gamer/job/truth_table.h"
 #include "gamer/render/renderer.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
@@ -108,7 +108,7 @@ double truth_seconds(const RenderJob& job, double most_seconds) {
   for (; done < count && seconds < most_seconds; ++done) {
     const double share = std::fmod((static_cast<double>(done) + 0.5) * std::numbers::phi, 1.0);
     const auto place = static_cast<std::size_t>(share * static_cast<double>(galaxies.size()));
-    measure(galaxies[place], job.parameters, job.camera, job.spectrum);
+    measure_for_truth(job, place);
     seconds = thread_seconds() - begin;
   }
   return seconds / static_cast<double>(done) * static_cast<double>(galaxies.size());
@@ -142,7 +142,7 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   const int workers = ranks * threads;
   const double begin = process_seconds();
   const TruthSettings images = truth ? job.parameters.truth : TruthSettings();
-  const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, images);
+  const Renderer renderer = image_renderer(job, images);
   const double placing = process_seconds() - begin;
   const auto [samples, sampling] = sample_in_time(renderer, 2 * most_seconds);
   std::vector<double> costs = row_costs(samples, renderer.width(), renderer.height());

@@ -91,7 +91,7 @@ int frames_apart(int frames, int ranks) { return ranks > 1 ? frames - frames % r
 std::array<double, 8> frame_tone(FrameJobs& jobs, RenderParameters parameters, Executor& executor) {
   make_preview(parameters);
   const RenderJob job = jobs.make(std::move(parameters));
-  const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
+  const Renderer renderer = image_renderer(job);
   const Image image = render_image(renderer, executor);
   std::vector<double> wavelengths;
   for (const SpectralPlane& plane : job.spectrum.planes) wavelengths.push_back(plane.wavelength);

@@ -50,9 +50,8 @@ void add(int done, const JournaledExecutor& executor, Progress& progress) {
   }
 }
 
-Renderer make_renderer(const RenderJob& job, const JobOptions& options) {
-  return {job.parameters, job.camera, job.scene, job.spectrum,
-          options.truth ? job.parameters.truth : TruthSettings()};
+TruthSettings truth_images(const RenderJob& job, const JobOptions& options) {
+  return options.truth ? job.parameters.truth : TruthSettings();
 }
 
 /// Every rank calls it. Its time counts as set-up, so that `before`, the start of all times, moves
@@ -239,9 +238,12 @@ void ImageTask::go_on(std::unique_ptr<Journal> journal) {
 
 bool ImageTask::is_stream() const { return job_.parameters.image.output.path == standard_stream; }
 
-void ImageTask::complete(const Ranks& ranks, int threads) {
+void ImageTask::complete(const Ranks& ranks, int threads, Progress::Style style) {
+  GalaxyProgress progress(style);
   // An estimate needs no pixels of the image.
   if (options_.dry_run) job_.pending.star_tone = false;
+  job_.pending.truth = options_.truth;
+  job_.pending.progress = progress.counter();
   gamer::complete(job_, ranks, threads);
 }
 
@@ -329,7 +331,7 @@ void ImageTask::render_rows(Executor& executor, Progress::Style style, RankRepor
   RunTimes before = executor.times();
   std::optional<DataTable> truth;
   if (options_.truth) truth = describe_objects(journaled, style);
-  const Renderer renderer = make_renderer(job_, options_);
+  const Renderer renderer = image_renderer(job_, truth_images(job_, options_));
   const auto blocks = blocks_of(renderer, executor, before);
   if (truth && options_.truth_table.empty()) header_.data_tables.push_back(*truth);
   if (job_.parameters.stars.table) {
@@ -420,7 +422,7 @@ void help_render(const RenderJob& job, const JobOptions& options, Executor& exec
                  RankReport& report) {
   RunTimes before = executor.times();
   if (options.truth) truth_table(job, executor);
-  const Renderer renderer = make_renderer(job, options);
+  const Renderer renderer = image_renderer(job, truth_images(job, options));
   const auto blocks = blocks_of(renderer, executor, before);
   if (job.parameters.stars.table) {
     const RunTimes begin = executor.times();

@@ -221,10 +221,15 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
     // Views of a galaxy at coarse tolerances share one measurement.
     const RenderParameters parameters =
         pending.is_draft ? GalaxyLibrary::draft_accuracy(job.parameters) : job.parameters;
-    apply_attenuation(parameters, job.camera, *pending.attenuation, pending.is_draft, ranks,
-                      threads, *job.scene, memory);
+    apply_attenuation(parameters, *pending.attenuation, pending, ranks, threads, job, memory);
   }
   if (pending.star_tone) find_star_tone(job, ranks, threads);
+}
+
+Renderer image_renderer(const RenderJob& job, const TruthSettings& truth) {
+  Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum, truth);
+  renderer.use(job.layers);
+  return renderer;
 }
 
 RenderJob recorded(RenderJob job, const std::string& label, Resources& resources) {

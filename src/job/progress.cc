@@ -130,4 +130,11 @@ void Progress::show() {
   std::fflush(stream_);
 }
 
+std::function<void(int, int)> GalaxyProgress::counter() {
+  return [this](int more, int total) {
+    if (!progress_) progress_.emplace(total, "galaxies", style_, stderr);
+    progress_->add(more);
+  };
+}
+
 }  // namespace gamer

@@ -70,7 +70,7 @@ Task prepare_image(const RunOptions& options, const MessageLog& log, RenderJob j
     log.answer(fmt::format("would write {}, {}{}", work->plan(), objects_text(*work->job().scene),
                            work->finished_text()));
     Preparation preparation{process_seconds(), 0};
-    work->complete(Ranks(), threads);
+    work->complete(Ranks(), threads, Progress::Style::none);
     preparation.measuring = process_seconds() - preparation.reading;
     tell_estimate(log,
                   estimate_job(work->job(), options.work.truth, ranks, threads, preparation,
@@ -89,7 +89,7 @@ Task prepare_stamps(const RunOptions& options, const MessageLog& log, RenderJob 
     log.answer(
         fmt::format("would write {}, {}", stamps->plan(), objects_text(*stamps->job().scene)));
     Preparation preparation{process_seconds(), 0};
-    stamps->complete(Ranks(), threads);
+    stamps->complete(Ranks(), threads, Progress::Style::none);
     preparation.measuring = process_seconds() - preparation.reading;
     tell_estimate(log,
                   estimate_stamps(stamps->job(), options.work.truth, ranks, threads, preparation),
@@ -205,7 +205,7 @@ void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const Ra
 /// Rank 0 calls it for stamps. Returns their pixels. `clock` has run since the job began.
 double render_stamps(const Ranks& ranks, const MessageLog& log, const Clock& clock,
                      StampTask& stamps, int threads, Executor& executor, RankReport& report) {
-  stamps.complete(ranks, threads);
+  stamps.complete(ranks, threads, progress_style(log));
   stamps.render(executor, progress_style(log), report);
   log.result(fmt::format("{}, {:.1f} s", stamps.plan(), clock.seconds()));
   if (const std::string text = stamps.shortfall(); !text.empty()) log.warning(text);
@@ -222,6 +222,7 @@ double render_image(const Ranks& ranks, const RunOptions& options, const Message
   };
   if (ranks.rank() != 0) {
     RenderJob job = read_job(unpack_record(std::exchange(packed, {})));
+    job.pending.truth = options.work.truth;
     complete(job, ranks, threads);
     if (makes_stamps(job.parameters)) {
       help_stamps(job, options.work, executor, report);
@@ -232,7 +233,7 @@ double render_image(const Ranks& ranks, const RunOptions& options, const Message
   }
   packed.clear();
   packed.shrink_to_fit();
-  work->complete(ranks, threads);
+  work->complete(ranks, threads, progress_style(log));
   work->begin();
   announce(log, *work);
   work->render(executor, progress_style(log), report);

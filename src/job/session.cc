@@ -116,7 +116,7 @@ class RenderInProgress {
   void render_image() {
     const bool has_truth = control_.truth || control_.truth_images;
     const TruthSettings truth = has_truth ? job_.parameters.truth : TruthSettings();
-    const Renderer renderer(job_.parameters, job_.camera, job_.scene, job_.spectrum, truth);
+    const Renderer renderer = image_renderer(job_, truth);
     const int width = renderer.width(), height = renderer.height();
     const auto planes = static_cast<int>(job_.spectrum.planes.size());
     if (job_.parameters.stars.table) {
@@ -289,6 +289,7 @@ Rendering Session::render(RenderJob job, const RenderControl& control) const {
     if (control.progress) control.progress({});
     use_threads(threads_);
     if (control.team) executor.agree(hash_text(0, pack_record(job.record)));
+    job.pending.truth = control.truth || control.truth_images;
     complete(job, Ranks(), threads_, memory_.get());
     rendering.job = std::make_shared<const RenderJob>(std::move(job));
     RenderInProgress(control, executor, rendering).render();

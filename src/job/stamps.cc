@@ -235,7 +235,12 @@ StampTask::StampTask(RenderJob job, JobOptions options, int ranks, int threads)
   }
 }
 
-void StampTask::complete(const Ranks& ranks, int threads) { gamer::complete(job_, ranks, threads); }
+void StampTask::complete(const Ranks& ranks, int threads, Progress::Style style) {
+  GalaxyProgress progress(style);
+  job_.pending.progress = progress.counter();
+  job_.pending.truth = options_.truth;
+  gamer::complete(job_, ranks, threads);
+}
 
 std::optional<DataTable> StampTask::describe_objects(Executor& executor,
                                                      Progress::Style style) const {

@@ -130,7 +130,8 @@ void TruthRows::describe_galaxy(const PlacedGalaxy& placed, std::span<double> ro
   row[inclination] = glm::degrees(std::acos(std::min(cosine, 1.0)));
   const double length = is_sky() ? arcsecond * glm::length(placed.centre) : 1;
   row[radius] = placed.radius / length;
-  const GalaxyMeasure measured = measure(placed, job_.parameters, camera, job_.spectrum);
+  const auto place = static_cast<std::size_t>(&placed - job_.scene->galaxies.data());
+  const GalaxyMeasure measured = measure_for_truth(job_, place);
   row[half_light_radius] = measured.half_light_radius / length;
   row[e1] = measured.e1;
   row[e2] = measured.e2;
@@ -207,6 +208,11 @@ DataTable TruthRows::table(std::span<const double> all) const {
 }
 
 }  // namespace
+
+GalaxyMeasure measure_for_truth(const RenderJob& job, std::size_t galaxy) {
+  if (!job.measures.empty() && job.measures[galaxy]) return *job.measures[galaxy];
+  return measure(job.scene->galaxies[galaxy], job.parameters, job.camera, job.spectrum);
+}
 
 DataTable truth_table(const RenderJob& job, Executor& executor,
                       const std::function<void(int)>& count) {

@@ -36,7 +36,8 @@ std::int64_t Ranks::common_bits(std::int64_t bits) const {
 
 std::vector<double> Ranks::compute_together(std::span<const RowRange> blocks,
                                             std::size_t values_per_row, int threads,
-                                            const Executor::Compute& compute) const {
+                                            const Executor::Compute& compute,
+                                            const std::function<void(int rows)>& count) const {
   int rows = 0;
   for (const RowRange& block : blocks) rows = std::max(rows, block.last);
   std::vector<double> all(static_cast<std::size_t>(rows) * values_per_row);
@@ -44,6 +45,7 @@ std::vector<double> Ranks::compute_together(std::span<const RowRange> blocks,
       blocks, values_per_row, compute, [&](RowRange range, std::span<const double> values) {
         std::ranges::copy(values,
                           all.begin() + static_cast<std::ptrdiff_t>(values_per_row) * range.first);
+        if (count) count(range.size());
       });
   if (size() == 1) return all;
   std::string bytes(rank() == 0 ? all.size() * sizeof(double) : 0, '\0');

@@ -80,17 +80,69 @@ Accuracy stamp_accuracy(const RenderParameters& parameters, double ray_distance)
   return Accuracy::from_tolerance(parameters.sampling.tolerance).for_sums(ray_distance);
 }
 
-/// The rays with which a galaxy is measured.
+/// The pixels with which a galaxy is measured.
 struct View {
-  RenderParameters parameters;
-  Accuracy accuracy;
-  Camera camera;
   glm::dvec2 centre;  ///< of the galaxy, pixels
   double pixel;       ///< size, scene units
   double area;        ///< of a pixel, as Camera::solid_angle()
   glm::dvec2 north;   ///< change of a pixel's offset to the North, in pixels, along x and y
   glm::dvec2 east;
 };
+
+/// Sums of the light of a galaxy's rays.
+class SumOfRays {
+ public:
+  SumOfRays(const View& view, std::size_t planes, double reach)
+      : view_(view), seen_(planes, 0.0), free_(planes, 0.0), rings_(reach) {}
+
+  /// Adds a ray: its pixel coordinates, its area, and its light by plane, with and without dust.
+  void add(double x, double y, double area, std::span<const double> seen,
+           std::span<const double> free);
+  /// `exact` is the flux without dust where the flux is fixed, else null.
+  GalaxyMeasure result(const std::vector<double>* exact) const;
+
+ private:
+  View view_;
+  std::vector<double> seen_, free_;  ///< [plane]
+  RingSums rings_;
+  double sum_ = 0, north_ = 0, east_ = 0, nn_ = 0, ee_ = 0, ne_ = 0;  ///< moments, first plane
+};
+
+void SumOfRays::add(double x, double y, double area, std::span<const double> seen,
+                    std::span<const double> free) {
+  for (std::size_t p = 0; p < seen_.size(); ++p) {
+    seen_[p] += seen[p];
+    free_[p] += free[p];
+  }
+  const glm::dvec2 offset = glm::dvec2(x, y) - view_.centre;
+  const double n = glm::dot(view_.north, offset), e = glm::dot(view_.east, offset);
+  const double flux = seen[0];
+  if (flux > 0) rings_.add(e, n, std::sqrt(area), flux);
+  sum_ += flux;
+  north_ += flux * n;
+  east_ += flux * e;
+  nn_ += flux * n * n;
+  ee_ += flux * e * e;
+  ne_ += flux * n * e;
+}
+
+GalaxyMeasure SumOfRays::result(const std::vector<double>* exact) const {
+  GalaxyMeasure result;
+  for (std::size_t p = 0; p < seen_.size(); ++p) {
+    const bool is_fixed = exact != nullptr && (*exact)[p] > 0;
+    const double whole = is_fixed ? (*exact)[p] / view_.area : free_[p];
+    result.attenuation.push_back(whole > 0 ? seen_[p] / whole : 1.0);
+    result.dust_free.push_back(is_fixed ? free_[p] / whole : 1.0);
+  }
+  if (!(sum_ > 0)) return result;
+  result.half_light_radius = rings_.half_light_radius() * view_.pixel;
+  const double nn = nn_ / sum_ - north_ * north_ / (sum_ * sum_);
+  const double ee = ee_ / sum_ - east_ * east_ / (sum_ * sum_);
+  const double ne = ne_ / sum_ - north_ * east_ / (sum_ * sum_);
+  result.e1 = (nn - ee) / (nn + ee);
+  result.e2 = 2 * ne / (nn + ee);
+  return result;
+}
 
 /// Half of the side of the window that holds a galaxy, pixels.
 double half_window(const PlacedGalaxy& galaxy, const Camera& camera) {
@@ -119,28 +171,23 @@ std::optional<std::array<glm::dvec3, 2>> sides_of_pixel(const Camera& camera,
                     0.5 * (above->direction - below->direction)};
 }
 
-/// The image's rays that meet the galaxy.
-View image_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
-                const Camera& camera) {
+/// The image's pixels.
+View image_view(const PlacedGalaxy& galaxy, const Camera& camera) {
   const glm::dvec2 centre = *camera.pixel(galaxy.centre);
   const double pixel = camera.pixel_size(galaxy.centre);
   const glm::dvec3 north = camera.up_at(galaxy.centre);
   const glm::dvec3 east = glm::cross(camera.towards(galaxy.centre), north);
   const double scale = camera.distance(galaxy.centre) / pixel;
   const auto [along_x, along_y] = *sides_of_pixel(camera, centre);
-  return {parameters,
-          Accuracy::from_tolerance(parameters.sampling.tolerance),
-          camera.with_window(window_of(galaxy, camera)),
-          centre,
-          pixel,
-          camera.solid_angle(centre.x, centre.y),
+  return {centre, pixel, camera.solid_angle(centre.x, centre.y),
           scale * glm::dvec2(glm::dot(along_x, north), glm::dot(along_y, north)),
           scale * glm::dvec2(glm::dot(along_x, east), glm::dot(along_y, east))};
 }
 
-/// Parallel rays along the camera's line of sight, in a square just as wide as the galaxy.
-View stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
-                const Accuracy& accuracy, const Camera& camera) {
+/// The parameters of parallel rays along the camera's line of sight, in a square just as wide as the
+/// galaxy.
+RenderParameters stamp_parameters(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
+                                  const Accuracy& accuracy, const Camera& camera) {
   RenderParameters view = parameters;
   view.width = view.height = stamp_size(accuracy);
   view.image.region.reset();
@@ -154,12 +201,38 @@ View stamp_view(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
   }
   view.camera.width = 2 * galaxy.bounding_radius;
   view.camera.supersample.reset();
-  const double middle = middle_pixel(view.width), pixel = view.camera.width / view.width;
-  const Camera stamp(view);
-  return {view, accuracy, stamp, {middle, middle}, pixel, pixel * pixel, {0, 1}, {-1, 0}};
+  // Stars count as smooth light.
+  view.sampling.stars_per_pixel = 0;
+  return view;
 }
 
+/// A scene of one galaxy, in nJy.
+std::shared_ptr<const Scene> scene_of(const PlacedGalaxy& galaxy) {
+  auto alone = std::make_shared<Scene>();
+  alone->galaxies = {galaxy};
+  alone->galaxies.front().object = 0;
+  alone->objects = 1;
+  alone->unit = PixelUnit::nanojansky;
+  return alone;
+}
+
+double reach_of(const ImageRegion& window) { return window.width / std::numbers::sqrt2 + 2; }
+
 }  // namespace
+
+std::vector<double> GalaxyMeasure::packed() const {
+  std::vector<double> numbers = {half_light_radius, e1, e2, optical_depth};
+  numbers.insert(numbers.end(), attenuation.begin(), attenuation.end());
+  numbers.insert(numbers.end(), dust_free.begin(), dust_free.end());
+  return numbers;
+}
+
+GalaxyMeasure GalaxyMeasure::unpacked(std::span<const double> numbers) {
+  const std::span<const double> planes = numbers.subspan(GalaxyMeasure::numbers(0));
+  const auto middle = planes.begin() + static_cast<std::ptrdiff_t>(planes.size() / 2);
+  return {{planes.begin(), middle}, {middle, planes.end()}, numbers[0], numbers[1], numbers[2],
+          numbers[3]};
+}
 
 std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& camera,
                                    const Spectrum& spectrum, bool bulge_only) {
@@ -179,9 +252,15 @@ std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& cam
   return flux;
 }
 
-bool can_fix_flux(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
+bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera) {
   if (camera.projection() != Projection::sky || parameters.camera.supersample) return false;
+  // Stars that are drawn one by one are not light of rays.
+  const auto has_stars = [](const auto& component) { return component->star_field() != nullptr; };
+  if (parameters.sampling.stars_per_pixel > 0 &&
+      std::ranges::any_of(galaxy.galaxy->components(), has_stars)) {
+    return false;
+  }
   const std::optional<glm::dvec2> centre = camera.pixel(galaxy.centre);
   if (!centre || !(half_window(galaxy, camera) < largest_window)) return false;
   const auto sides = sides_of_pixel(camera, *centre);
@@ -204,59 +283,52 @@ FootprintRange measure_footprints(const RenderParameters& parameters, double ray
   return {std::min(2.0 / stamp_size(accuracy), widest), widest};
 }
 
+GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy, int number,
+                            const Camera& camera, const Spectrum& spectrum, GalaxyLayer& layer) {
+  const ImageRegion window = window_of(galaxy, camera);
+  const glm::dvec2 centre = *camera.pixel(galaxy.centre);
+  SumOfRays sum(image_view(galaxy, camera), spectrum.planes.size(), reach_of(window));
+  layer = renderer.layer(
+      number, window,
+      [&, seen = std::vector<double>(), free = std::vector<double>()](
+          double x, double y, double area, std::span<const double> with,
+          std::span<const double> without) mutable {
+        const auto scaled = [&](std::span<const double> light, std::vector<double>& out) {
+          out.clear();
+          for (const double value : light) out.push_back(galaxy.brightness * area * value);
+        };
+        scaled(with, seen);
+        scaled(without, free);
+        sum.add(x, y, area, seen, free);
+      });
+  const std::vector<double> exact = dust_free_flux(galaxy, camera, spectrum);
+  GalaxyMeasure result = sum.result(&exact);
+  result.optical_depth = renderer.optical_depth(centre.x, centre.y, number);
+  return result;
+}
+
 GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                       const Camera& camera, const Spectrum& spectrum, double ray_distance) {
-  auto alone = std::make_shared<Scene>();
-  alone->galaxies = {galaxy};
-  alone->galaxies.front().object = 0;
-  alone->objects = 1;
-  alone->unit = PixelUnit::nanojansky;
-  View view = galaxy.has_fixed_flux ? image_view(galaxy, parameters, camera)
-                                    : stamp_view(galaxy, parameters,
-                                                 stamp_accuracy(parameters, ray_distance), camera);
-  // Stars count as smooth light.
-  view.parameters.sampling.stars_per_pixel = 0;
   TruthSettings images;
   images.dust_free = true;
-  const Renderer renderer(view.parameters, view.accuracy, view.camera, alone, spectrum, images);
-
-  const std::size_t planes = spectrum.planes.size();
-  std::vector<double> seen(planes, 0.0), free(planes, 0.0);
-  const ImageRegion& window = view.camera.window();
-  RingSums rings(window.width / std::numbers::sqrt2 + 2);
-  double sum = 0, north = 0, east = 0, nn = 0, ee = 0, ne = 0;
-  renderer.sample_light([&](double x, double y, double area, std::span<const double> values) {
-    for (std::size_t p = 0; p < planes; ++p) {
-      seen[p] += values[p];
-      free[p] += values[planes + p];
-    }
-    const glm::dvec2 offset = glm::dvec2(x, y) - view.centre;
-    const double n = glm::dot(view.north, offset), e = glm::dot(view.east, offset);
-    const double flux = values[0];
-    if (flux > 0) rings.add(e, n, std::sqrt(area), flux);
-    sum += flux;
-    north += flux * n;
-    east += flux * e;
-    nn += flux * n * n;
-    ee += flux * e * e;
-    ne += flux * n * e;
-  });
-  GalaxyMeasure result;
-  const std::vector<double> exact = dust_free_flux(galaxy, camera, spectrum);
-  for (std::size_t p = 0; p < planes; ++p) {
-    const bool is_fixed = galaxy.has_fixed_flux && exact[p] > 0;
-    const double whole = is_fixed ? exact[p] / view.area : free[p];
-    result.attenuation.push_back(whole > 0 ? seen[p] / whole : 1.0);
-    result.dust_free.push_back(is_fixed ? free[p] / whole : 1.0);
+  if (galaxy.has_fixed_flux) {
+    const Renderer renderer(parameters, camera, scene_of(galaxy), spectrum, images);
+    GalaxyLayer layer;
+    return measure_fixed(renderer, galaxy, 0, camera, spectrum, layer);
   }
-  result.optical_depth = renderer.optical_depth(view.centre.x, view.centre.y);
-  if (!(sum > 0)) return result;
-  result.half_light_radius = rings.half_light_radius() * view.pixel;
-  nn = nn / sum - north * north / (sum * sum);
-  ee = ee / sum - east * east / (sum * sum);
-  ne = ne / sum - north * east / (sum * sum);
-  result.e1 = (nn - ee) / (nn + ee);
-  result.e2 = 2 * ne / (nn + ee);
+  const Accuracy accuracy = stamp_accuracy(parameters, ray_distance);
+  const RenderParameters stamp = stamp_parameters(galaxy, parameters, accuracy, camera);
+  const Camera stamp_camera(stamp);
+  const Renderer renderer(stamp, accuracy, stamp_camera, scene_of(galaxy), spectrum, images);
+  const double middle = middle_pixel(stamp.width), pixel = stamp.camera.width / stamp.width;
+  const View view{{middle, middle}, pixel, pixel * pixel, {0, 1}, {-1, 0}};
+  const std::size_t planes = spectrum.planes.size();
+  SumOfRays sum(view, planes, reach_of(stamp_camera.window()));
+  renderer.sample_light([&](double x, double y, double area, std::span<const double> values) {
+    sum.add(x, y, area, values.first(planes), values.subspan(planes, planes));
+  });
+  GalaxyMeasure result = sum.result(nullptr);
+  result.optical_depth = renderer.optical_depth(middle, middle, 0);
   return result;
 }
 

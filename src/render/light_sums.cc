@@ -22,12 +22,23 @@ void LightSums::add_planes(std::size_t first, std::span<const double> light, dou
 
 void LightSums::add(std::size_t row, std::size_t x, const Source& source,
                     std::span<const double> seen, std::span<const double> dust_free) {
+  add(row, x, source.object, seen, dust_free);
+  add_part(row, x, source, seen);
+}
+
+void LightSums::add_part(std::size_t row, std::size_t x, const Source& source,
+                         std::span<const double> seen) {
+  const auto part = layout_->part(source.object, source.emitter);
+  if (part) add_planes(*part, seen, pixel(row, x));
+}
+
+void LightSums::add(std::size_t row, std::size_t x, std::size_t object,
+                    std::span<const double> seen, std::span<const double> dust_free) {
   double* const sums = pixel(row, x);
   add_planes(0, seen, sums);
   if (layout_->dust_free()) add_planes(*layout_->dust_free(), dust_free, sums);
-  if (const auto part = layout_->part(source.object, source.emitter)) add_planes(*part, seen, sums);
   if (!layout_->owner()) return;
-  double& light = owners_[row * width_ + x][source.object];
+  double& light = owners_[row * width_ + x][object];
   for (std::size_t p = 0; p < seen.size(); ++p) light += seen[p] * unit_factors_[p];
 }
 

@@ -26,6 +26,11 @@ class LightSums {
   /// dust.
   void add(std::size_t row, std::size_t x, const Source& source, std::span<const double> seen,
            std::span<const double> dust_free);
+  /// Adds light of an object to a pixel, apart from the planes of parts.
+  void add(std::size_t row, std::size_t x, std::size_t object, std::span<const double> seen,
+           std::span<const double> dust_free);
+  /// Adds light of a source to the planes of its part, if there are such planes.
+  void add_part(std::size_t row, std::size_t x, const Source& source, std::span<const double> seen);
   /// Adds to the optical depth of a pixel, by spectral plane.
   void add_depth(std::size_t row, std::size_t x, std::span<const double> depth);
 

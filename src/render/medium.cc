@@ -193,6 +193,7 @@ void RayLight::prepare(const Medium& medium, std::span<const std::span<const Hit
   table.build(hits);
   light.assign(size, 0.0);
   depth.assign(hits.size() * medium.nodes(), 0.0);
+  through.assign(hits.size() * medium.nodes(), 1.0);
 }
 
 Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const SpectralBasis> basis,
@@ -357,8 +358,7 @@ void Medium::fill_share(const PlacedGalaxy& galaxy, const GalaxyClass& kind,
 
 double Medium::typical_brightness(int galaxy, std::size_t s) const {
   const std::size_t components = kind(galaxy).light.size();
-  return spectra(galaxy).brightness *
-         weights_[share(galaxy).weights + components * (planes_times_steps() + steering_.size()) +
+  return weights_[share(galaxy).weights + components * (planes_times_steps() + steering_.size()) +
                   s];
 }
 
@@ -467,7 +467,8 @@ float Medium::extinction(const Cover& cover, int slot, std::size_t j) const {
 
 float Medium::steering_flux(const Cover& cover, int slot, std::size_t s) const {
   const auto [galaxy, own] = cover.light[static_cast<std::size_t>(slot)];
-  return static_cast<float>(flux(galaxy, static_cast<std::size_t>(own), s));
+  const double units = unit_of(galaxy) / unit_of(cover.galaxies.front());
+  return static_cast<float>(units * flux(galaxy, static_cast<std::size_t>(own), s));
 }
 
 void Medium::add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
@@ -479,12 +480,21 @@ void Medium::add_planes(int galaxy, std::size_t component, const double* light, 
     for (std::size_t j = 0; j < steps; ++j) {
       sum += weights[p * steps + j] * light[dust_free ? nodes_ - 1 : j];
     }
-    out[p] += spectra(galaxy).brightness * sum;
+    out[p] += sum;
   }
 }
 
-double Medium::depth(std::size_t plane, const double* depth) const {
-  return std::inner_product(interpolation_[plane].begin(), interpolation_[plane].end(), depth, 0.0);
+double Medium::through(int galaxy, std::size_t plane, const double* through) const {
+  const std::size_t steps = basis_->size();
+  if (kind(galaxy).light.empty()) return at_pivot(plane, through);
+  const double* const weights = weights_.get() + share(galaxy).weights + plane * steps;
+  const double whole = std::accumulate(weights, weights + steps, 0.0);
+  if (!(whole > 0)) return at_pivot(plane, through);
+  return std::inner_product(weights, weights + steps, through, 0.0) / whole;
+}
+
+double Medium::at_pivot(std::size_t plane, const double* values) const {
+  return std::inner_product(interpolation_[plane].begin(), interpolation_[plane].end(), values, 0.0);
 }
 
 void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,

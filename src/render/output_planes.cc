@@ -50,6 +50,7 @@ OutputLayout::OutputLayout(std::vector<OutputPlane> planes, std::size_t objects,
     if (output.kind == Kind::dust_free && !dust_free_) dust_free_ = o;
     if (output.kind == Kind::optical_depth && !optical_depth_) optical_depth_ = o;
     if (output.kind == Kind::owner) owner_ = o;
+    has_components_ = has_components_ || output.kind == Kind::component;
     const bool is_part = output.kind == Kind::object || output.kind == Kind::component;
     if (is_part && output.component == 0 && output.plane == 0) {
       parts_.resize(objects);

@@ -68,14 +68,6 @@ std::span<const glm::dvec2> lattice(int count) {
   return lattices[static_cast<std::size_t>(count)];
 }
 
-/// Whether a ray comes within a distance of a galaxy's ball, scene units.
-bool is_within(const Ray& ray, const PlacedGalaxy& placed, double distance) {
-  const glm::dvec3 offset = ray.origin - placed.centre;
-  const double along = glm::dot(offset, ray.direction);
-  const double reach = placed.bounding_radius + distance;
-  return glm::dot(offset, offset) - along * along <= reach * reach;
-}
-
 }  // namespace
 
 Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
@@ -143,8 +135,7 @@ void Renderer::aim(int left, int right, int y, Workspace& work) const {
   camera_.rays(work.places, work.middles);
 }
 
-void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& near,
-                             Workspace& work) const {
+void Renderer::place_samples(int x, int y, int pixel, int row, Workspace& work) const {
   const std::size_t first = work.samples.size();
   if (supersample_ && !is_at_cusp(x, y)) {
     const int sub = *supersample_;
@@ -153,19 +144,15 @@ void Renderer::place_samples(int x, int y, int row, const GalaxyIndex::Found& ne
     for (int j = 0; j < sub; ++j) {
       for (int i = 0; i < sub; ++i) {
         work.samples.push_back(
-            {column_of(x), row, x + offset(i), y + offset(j), weight, 1.0 / sub, 1.0 / sub});
+            {pixel, row, x + offset(i), y + offset(j), weight, 1.0 / sub, 1.0 / sub});
       }
     }
     weigh(first, work);
     return;
   }
-  const Sample whole{column_of(x), row, static_cast<double>(x), static_cast<double>(y), 1, 1, 1};
-  const std::optional<Ray> ray =
-      supersample_ ? camera_.ray(x, y) : work.middles[static_cast<std::size_t>(x - work.left)];
+  const Sample whole{pixel, row, static_cast<double>(x), static_cast<double>(y), 1, 1, 1};
+  const std::optional<Ray> ray = middle_ray(x, y, work);
   if (!ray) return;
-  // All cells of a pixel choose from these galaxies.
-  constexpr double reach = 2;
-  GalaxyIndex::find(index_.around(*ray, reach), near, work.near_pixel);
   const auto fits = [&](int deepest) {
     work.samples.resize(first);
     work.finest_cell = std::ldexp(1.0, -deepest);

@@ -17,10 +17,6 @@ namespace gamer {
 
 namespace {
 
-// Number of rays that are integrated together. They fill batches after refinement, and their nodes
-// fit the second-level cache.
-constexpr std::size_t rays_at_once = 256;
-
 // Largest number of hits of rays that are integrated together. The nodes of a segment are stored
 // for each of its galaxies, which takes 40 kB for each of thousands behind each other.
 constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
@@ -160,6 +156,14 @@ Renderer::Renderer(const RenderParameters& parameters, const Accuracy& accuracy,
   }
 }
 
+std::vector<double> Renderer::spectral_nodes() const {
+  std::vector<double> nodes;
+  for (std::size_t j = 0; j < medium_.basis().size(); ++j) {
+    nodes.push_back(medium_.basis().node(j));
+  }
+  return nodes;
+}
+
 void Renderer::render_rows(RowRange rows, std::span<double> values) const {
   RenderCounts counts;
   render_rows(rows, values, counts);
@@ -181,11 +185,13 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
     if (near.empty()) return;
     is_empty = false;
     const int first = std::max(left, window.left), last = std::min(right, window.right());
-    for (int y = std::max(bottom, lines.first); y < std::min(top, lines.last); ++y) {
+    const int first_line = std::max(bottom, lines.first), last_line = std::min(top, lines.last);
+    find_layers(near, {first, first_line, last - first, last_line - first_line}, work, counts);
+    for (int y = first_line; y < last_line; ++y) {
       check_cancelled();
       aim(first, last, y, work);
       for (int x = first; x < last; ++x) {
-        place_samples(x, y, y - lines.first, near, work);
+        add_pixel(x, y, y - lines.first, near, work, sums);
         work_off(rays_at_once, near, work, sums, counts);
       }
     }
@@ -231,11 +237,12 @@ void Renderer::count_pixels(int left, int right, int bottom, int top, RenderCoun
   std::vector<double> values(layout_.size() * width);
   LightSums sums(layout_, unit_factors_, width, values);
   Workspace work;
+  find_layers(near, {left, bottom, right - left, top - bottom}, work, counts);
   for (int y = bottom; y < top; ++y) {
     aim(left, right, y, work);
     for (int x = left; x < right; ++x) {
       // All pixels go to one row, since the values are not used.
-      place_samples(x, y, 0, near, work);
+      add_pixel(x, y, 0, near, work, sums);
       work_off(rays_at_once, near, work, sums, counts);
     }
   }
@@ -255,7 +262,10 @@ void Renderer::sample_light(const std::function<void(double x, double y, double 
     if (!rays) continue;
     index_.find(*rays, near);
     aim(window.left, window.right(), y, work);
-    for (int x = window.left; x < window.right(); ++x) place_samples(x, y, 0, near, work);
+    for (int x = window.left; x < window.right(); ++x) {
+      find_near_pixel(x, y, near, work);
+      place_samples(x, y, 0, 0, work);
+    }
     // Each ray becomes a pixel of its own.
     for (std::size_t begin = 0; begin < work.samples.size(); begin += rays_at_once) {
       check_cancelled();
@@ -289,26 +299,44 @@ void Renderer::render_smooth(int y, std::span<const RowRange> columns,
     if (!rays) continue;
     index_.find(*rays, near);
     if (near.empty()) continue;
+    find_layers(near, {left, y, right - left, 1}, work, counts);
     aim(left, right, y, work);
-    for (int x = left; x < right; ++x) place_samples(x, y, 0, near, work);
+    for (int x = left; x < right; ++x) add_pixel(x, y, 0, near, work, sums);
     work_off(1, near, work, sums, counts);
   }
   finish(y, 0, sums);
 }
 
-double Renderer::optical_depth(double x, double y) const {
+std::optional<Ray> Renderer::middle_ray(int x, int y, const Workspace& work) const {
+  return supersample_ ? camera_.ray(x, y) : work.middles[static_cast<std::size_t>(x - work.left)];
+}
+
+void Renderer::find_near_pixel(int x, int y, const GalaxyIndex::Found& near,
+                               Workspace& work) const {
+  if (supersample_ && !is_at_cusp(x, y)) return;
+  // All cells of a pixel choose from these galaxies.
+  constexpr double reach = 2;
+  const std::optional<Ray> ray = middle_ray(x, y, work);
+  if (ray) GalaxyIndex::find(index_.around(*ray, reach), near, work.near_pixel);
+}
+
+void Renderer::add_pixel(int x, int y, int row, const GalaxyIndex::Found& near, Workspace& work,
+                         LightSums& sums) const {
+  find_near_pixel(x, y, near, work);
+  if (!add_layers(x, y, row, work, sums)) place_samples(x, y, column_of(x), row, work);
+}
+
+double Renderer::optical_depth(double x, double y, int galaxy) const {
   const std::optional<Ray> ray = camera_.ray(x, y);
   if (!ray) return 0;
-  GalaxyIndex::Found near;
-  index_.find(index_.around(*ray, 0), near);
   std::vector<Hit> hits;
-  medium_.hits(*ray, near.galaxies, hits);
+  medium_.hits(*ray, std::span(&galaxy, 1), hits);
   for (Hit& hit : hits) set_footprint(1, hit);
   const std::span<const Hit> own(hits);
   RayLight light;
   RenderCounts counts;
   sampler_->integrate(std::span(&own, 1), light, counts);
-  return medium_.depth(0, light.depth.data());
+  return medium_.at_pivot(0, light.depth.data());
 }
 
 void Renderer::work_off(std::size_t least, const GalaxyIndex::Found& near, Workspace& work,
@@ -333,10 +361,13 @@ void Renderer::set_footprint(double size, Hit& hit) const {
   }
 }
 
-void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near,
-                         Workspace& work, LightSums& sums, RenderCounts& counts) const {
+void Renderer::find_hits(
+    std::span<const Sample> samples,
+    const std::function<std::span<const int>(const Sample& sample, const Ray& ray)>& candidates,
+    Workspace& work) const {
   work.hits.clear();
   work.hit_ends.clear();
+  work.hits_of_ray.clear();
   work.places.clear();
   for (const Sample& sample : samples) work.places.emplace_back(sample.x, sample.y);
   work.rays.resize(samples.size());
@@ -345,26 +376,35 @@ void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Fou
     const Sample& sample = samples[i];
     if (const std::optional<Ray>& ray = work.rays[i]) {
       const std::size_t first = work.hits.size();
-      GalaxyIndex::find(index_.around(*ray, 0), near, work.near_ray);
-      medium_.hits(*ray, work.near_ray, work.hits);
+      medium_.hits(*ray, candidates(sample, *ray), work.hits);
       for (Hit& hit : std::span(work.hits).subspan(first)) {
         set_footprint(sample.footprint, hit);
-        hit.shares_pixel = sample.size < shared_size;
+        // Errors of rays average out in a fixed flux.
+        const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)];
+        hit.shares_pixel = sample.size < shared_size || placed.has_fixed_flux;
       }
     }
     work.hit_ends.push_back(work.hits.size());
   }
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    const std::size_t start = i == 0 ? 0 : work.hit_ends[i - 1];
+    work.hits_of_ray.emplace_back(work.hits.data() + start, work.hit_ends[i] - start);
+  }
+}
+
+void Renderer::add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near,
+                         Workspace& work, LightSums& sums, RenderCounts& counts) const {
+  const auto candidates = [&](const Sample&, const Ray& ray) -> std::span<const int> {
+    GalaxyIndex::find(index_.around(ray, 0), near, work.near_ray);
+    return work.near_ray;
+  };
+  find_hits(samples, candidates, work);
   if (work.hits.empty()) return;
   if (work.hits.size() > most_hits_at_once && samples.size() > 1) {
     const std::size_t half = samples.size() / 2;
     add_light(samples.first(half), near, work, sums, counts);
     add_light(samples.subspan(half), near, work, sums, counts);
     return;
-  }
-  work.hits_of_ray.clear();
-  for (std::size_t i = 0; i < samples.size(); ++i) {
-    const std::size_t start = i == 0 ? 0 : work.hit_ends[i - 1];
-    work.hits_of_ray.emplace_back(work.hits.data() + start, work.hit_ends[i] - start);
   }
   sampler_->integrate(work.hits_of_ray, work.light, counts);
 
@@ -381,7 +421,9 @@ void Renderer::add_ray(const Sample& sample, std::size_t ray, Workspace& work,
                         std::vector<double>& planes) {
     planes.assign(layout_.spectral(), 0.0);
     medium_.add_planes(hit.galaxy, c, light, is_dust_free, planes);
-    for (double& plane : planes) plane *= sample.weight;
+    const double brightness =
+        scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].brightness;
+    for (double& plane : planes) plane *= brightness * sample.weight;
   };
   for (const Hit& hit : work.hits_of_ray[ray]) {
     const std::size_t object = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].object;
@@ -394,7 +436,7 @@ void Renderer::add_ray(const Sample& sample, std::size_t ray, Workspace& work,
   if (!layout_.optical_depth()) return;
   work.depth.clear();
   for (std::size_t p = 0; p < layout_.spectral(); ++p) {
-    work.depth.push_back(sample.weight * medium_.depth(p, work.light.depth.data() + ray * nodes));
+    work.depth.push_back(sample.weight * medium_.at_pivot(p, work.light.depth.data() + ray * nodes));
   }
   sums.add_depth(row, x, work.depth);
 }

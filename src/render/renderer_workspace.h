@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <optional>
 #include <span>
@@ -11,7 +12,20 @@
 
 namespace gamer {
 
-// Types shared by the files of Renderer: renderer.cc, pixel_cells.cc and star_discs.cc.
+// Types shared by the files of Renderer: renderer.cc, pixel_cells.cc, galaxy_layers.cc and
+// star_discs.cc.
+
+// Number of rays that are integrated together. They fill batches after refinement, and their nodes
+// fit the second-level cache.
+constexpr std::size_t rays_at_once = 256;
+
+/// Whether a ray comes within a distance of a galaxy's ball, scene units.
+inline bool is_within(const Ray& ray, const PlacedGalaxy& placed, double distance) {
+  const glm::dvec3 offset = ray.origin - placed.centre;
+  const double along = glm::dot(offset, ray.direction);
+  const double reach = placed.bounding_radius + distance;
+  return glm::dot(offset, offset) - along * along <= reach * reach;
+}
 
 /// A ray of a pixel.
 struct Renderer::Sample {
@@ -36,7 +50,15 @@ struct Renderer::Workspace {
   std::vector<Hit> hits;
   std::vector<std::size_t> hit_ends;
   std::vector<std::span<const Hit>> hits_of_ray;
-  std::vector<double> seen, dust_free, depth;  ///< by spectral plane
+  std::vector<double> seen, dust_free, depth, part, through;  ///< by spectral plane
+  /// A galaxy of fixed flux near the pixels that are rendered, with its layer.
+  struct LayerOf {
+    int galaxy;
+    const GalaxyLayer* layer;
+  };
+  std::vector<LayerOf> layers, in_pixel;
+  std::vector<GalaxyLayer> made_layers;
+  std::vector<std::vector<double>> layer_sums;  ///< [layer] sums of its numbers
   RayLight light;
 };
 

@@ -71,14 +71,8 @@ noise = false
 optical_depth = 2
 )";
 
-struct Made {
-  RenderParameters parameters;
-  Camera camera;
-  Spectrum spectrum;
-  std::shared_ptr<Scene> scene;
-};
-
-Made make(const std::string& list, const std::string& toml) {
+/// A job whose galaxies have their brightness, in two threads.
+RenderJob make(const std::string& list, const std::string& toml, bool truth = false) {
   RenderParameters parameters = RenderParameters::read(parse_toml(toml, "render.par"));
   Resources resources({GAMER_TEST_SOURCE_DIR});
   resources.add({"galaxies/bulge", "bulge.toml", bulge});
@@ -90,19 +84,20 @@ Made make(const std::string& list, const std::string& toml) {
   Spectrum spectrum = load_spectrum(parameters, resources);
   auto scene = std::make_shared<Scene>(
       read_scene(list, "scene.lst", parameters, spectrum, camera, resources));
-  apply_attenuation(parameters, camera, *load_reference_band(parameters, resources), false, Ranks(),
-                    2, *scene);
-  return {std::move(parameters), camera, std::move(spectrum), std::move(scene)};
+  const auto band = load_reference_band(parameters, resources);
+  RenderJob job{std::move(parameters), camera, std::move(spectrum), std::move(scene), {}};
+  RenderJob::Pending pending;
+  pending.truth = truth;
+  apply_attenuation(job.parameters, *band, pending, Ranks(), 2, job);
+  return job;
 }
 
-GalaxyMeasure measure_alone(const PlacedGalaxy& placed, const Made& made) {
+GalaxyMeasure measure_alone(const PlacedGalaxy& placed, const RenderJob& made) {
   return measure(placed, made.parameters, made.camera, made.spectrum);
 }
 
-double magnitude(const Made& made, int plane = 0) {
-  const Renderer renderer(made.parameters, made.camera, made.scene, made.spectrum);
-  ThreadExecutor executor(1);
-  return ab_magnitude(sum_of(render_image(renderer, executor), plane));
+double magnitude(const RenderJob& made, int plane = 0) {
+  return ab_magnitude(sum_of(image_of(made), plane));
 }
 
 std::string grid_sky(int size, double pixel_scale, const std::string& grid,
@@ -118,7 +113,7 @@ std::string sky(int size, double pixel_scale, const std::string& more) {
 }
 
 /// Whether the pixels of the only galaxy add up to its magnitude.
-bool is_fixed(const Made& made) { return made.scene->galaxies.front().has_fixed_flux; }
+bool is_fixed(const RenderJob& made) { return made.scene->galaxies.front().has_fixed_flux; }
 
 // Error of such a sum, twice what was measured, mag.
 constexpr double rounding = 5e-9;
@@ -140,7 +135,7 @@ TEST_P(Calibration, SumOfPixelsIsTheMagnitude) {
        {Kind{"bulge", 2.1e-4}, {"spiral", 2.3e-4}, {"clumps", 2.1e-3}}) {
     for (const double scale : {0.03, 0.1, 0.3}) {
       const int size = static_cast<int>(2.2 * radius / scale) + 6;
-      const Made made =
+      const RenderJob made =
           make(fmt::format("galaxy ra dec redshift size_kpc inclination pa apparent_magnitude\n"
                            "{} 10.00001 20.00001 {} 6 40 30 22\n",
                            type, redshift),
@@ -181,7 +176,7 @@ TEST(Calibration, LightThroughDust) {
   for (const double redshift : {0.1, 1.0}) {
     const std::string list = fmt::format(
         "galaxy ra dec redshift size_arcsec apparent_magnitude\nmixed 10 20 {} 4 22\n", redshift);
-    Made made = make(list, sky(90, 0.1, "[photometry]\nattenuated = false\n"));
+    RenderJob made = make(list, sky(90, 0.1, "[photometry]\nattenuated = false\n"));
     const double lost =
         -2.5 * std::log10(mixed_attenuation(*made.spectrum.planes.front().band, redshift));
     EXPECT_GT(lost, 0.2);
@@ -211,7 +206,7 @@ TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
           sky(pixels, 9.0 / pixels, fmt::format("[sampling]\ntolerance = {}\n", tolerance)));
     };
     for (const double tolerance : {1e-2, 1e-3}) {
-      const Made small = made(90, tolerance);
+      const RenderJob small = made(90, tolerance);
       ASSERT_TRUE(is_fixed(small));
       EXPECT_NEAR(magnitude(small), 22, rounding) << type << ' ' << tolerance;
       // So does the table of truth.
@@ -220,7 +215,7 @@ TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
       EXPECT_NEAR(ab_magnitude(bare * measure_alone(galaxy, small).attenuation.front()), 22,
                   rounding);
     }
-    const Made large = made(150, 1e-2);
+    const RenderJob large = made(150, 1e-2);
     ASSERT_FALSE(is_fixed(large));
     EXPECT_NEAR(magnitude(large), 22, error) << type;
   }
@@ -247,8 +242,8 @@ TEST(Calibration, FixedFluxesDoNotDependOnTheWindow) {
       "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
       "dusty_barred 10 20 0.1 2 60 22 7\n";
   const std::string coarse = "[sampling]\ntolerance = 1e-2\n";
-  const Made whole = make(list, sky(60, 0.1, coarse));
-  const Made part = make(list, sky(20, 0.1, coarse));
+  const RenderJob whole = make(list, sky(60, 0.1, coarse));
+  const RenderJob part = make(list, sky(20, 0.1, coarse));
   ASSERT_TRUE(is_fixed(whole) && is_fixed(part));
   EXPECT_DOUBLE_EQ(part.scene->galaxies.front().brightness,
                    whole.scene->galaxies.front().brightness);
@@ -275,18 +270,119 @@ TEST(Calibration, PixelsOfFixedFluxesAreMeans) {
   for (const std::string type : {"dusty_barred", "irregular", "m51"}) {
     const auto image = [&](int rays) {
       const std::string grid = rays > 1 ? fmt::format("supersample = {}\n", rays) : "";
-      const Made made = make(
+      const RenderJob made = make(
           fmt::format("galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
                       "{} 10 20 0.1 4 60 22 7\n",
                       type),
           grid_sky(44, 0.2, grid, "[sampling]\ntolerance = 1e-3\n"));
       EXPECT_EQ(is_fixed(made), rays == 1);
-      ThreadExecutor executor(2);
-      return render_image(Renderer(made.parameters, made.camera, made.scene, made.spectrum),
-                          executor);
+      return image_of(made);
     };
     EXPECT_LT(rms_error(image(1), image(8)), 0.03) << type;
   }
+}
+
+/// Three galaxies behind each other: a smooth one between two of fixed flux.
+constexpr const char* crowd =
+    "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
+    "dusty_barred 10 20 0.1 4 30 22 7\n"
+    "bulge 10.0003 20.0001 0.2 3 0 22 1\n"
+    "irregular 9.9997 20.0002 0.3 3 60 22 7\n";
+
+std::string crowded_sky(double tolerance) {
+  return grid_sky(60, 0.2, "",
+                  fmt::format("[sampling]\ntolerance = {}\n", tolerance));
+}
+
+// The bits of an image do not depend on whether layers are kept or made anew, nor on the images and
+// the table of truth.
+TEST(Layers, AreEqualWhetherKeptOrMadeAnew) {
+  for (const double tolerance : {1e-2, 2e-3}) {
+    const RenderJob kept = make(crowd, crowded_sky(tolerance));
+    RenderJob anew = kept;
+    ASSERT_NE(kept.layers->find(0), nullptr);
+    EXPECT_EQ(kept.layers->find(1), nullptr);  // of no fixed flux
+    anew.layers = nullptr;
+    const Image image = image_of(kept);
+    const auto all = [](const Image& of) {
+      return std::vector<double>(of.plane(0), of.plane(0) + of.width() * of.height());
+    };
+    EXPECT_EQ(all(image_of(anew)), all(image));
+    TruthSettings truth;
+    truth.dust_free = truth.optical_depth = truth.segmentation = true;
+    for (const auto parts : {TruthSettings::Parts::objects, TruthSettings::Parts::components}) {
+      truth.parts = parts;
+      RenderJob with = make(crowd, crowded_sky(tolerance), true);
+      with.parameters.truth = truth;
+      with.layers = nullptr;
+      ThreadExecutor executor(2);
+      const Image more = render_image(image_renderer(with, truth), executor);
+      for (int y = 0; y < image.height(); ++y) {
+        for (int x = 0; x < image.width(); ++x) {
+          ASSERT_EQ(more.at(x, y, 0), image.at(x, y, 0));
+          double sum = 0;
+          // The parts follow image, light without dust, optical depth, segmentation and share.
+          for (int plane = 5; plane < more.planes(); ++plane) sum += more.at(x, y, plane);
+          ASSERT_NEAR(sum, image.at(x, y, 0), 1e-12 * image.at(x, y, 0));
+        }
+      }
+    }
+  }
+}
+
+// What layers hide of the light behind them differs by some per cent from what rays through all of
+// them show. At the tolerance's own limit of hidden light, the flux keeps the tolerance.
+TEST(Layers, DimWhatIsBehindThem) {
+  const RenderJob made = make(crowd, crowded_sky(1e-3));
+  const double tolerance = made.parameters.sampling.tolerance;
+  Accuracy accuracy = Accuracy::from_tolerance(tolerance);
+  const auto flux = [&](double most_dimmed) {
+    accuracy.most_dimmed = most_dimmed;
+    ThreadExecutor executor(2);
+    const Renderer renderer(made.parameters, accuracy, made.camera, made.scene, made.spectrum, {});
+    return sum_of(render_image(renderer, executor), 0);
+  };
+  const double whole = 3 * std::pow(10, -0.4 * (22 - ab_magnitude(1)));
+  const double limit = accuracy.most_dimmed, rays = flux(-1), hidden = whole - rays;
+  EXPECT_GT(hidden, 0.1 * whole);
+  EXPECT_NEAR(flux(1), rays, 0.076 * hidden);  // measured: 0.038
+  EXPECT_NEAR(flux(limit), rays, tolerance * rays);
+}
+
+// Galaxies that penetrate each other have common rays.
+TEST(Layers, DoNotPenetrateEachOther) {
+  const RenderJob made =
+      make("galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
+           "dusty_barred 10 20 0.1 4 30 22 7\nirregular 9.9997 20.0002 0.1 3 60 22 7\n",
+           crowded_sky(1e-2));
+  RenderCounts counts;
+  std::vector<double> values(60);
+  image_renderer(made).render_rows({30, 31}, values, counts);
+  EXPECT_GT(counts.rays, 0u);
+  RenderJob apart = make(crowd, crowded_sky(1e-2));
+  counts = {};
+  // All that is left is the smooth galaxy.
+  image_renderer(apart).render_rows({30, 31}, values, counts);
+  EXPECT_EQ(counts.noise_evaluations, 0u);
+}
+
+// The table of truth takes from layers what it would measure itself.
+TEST(Layers, TellTheTruth) {
+  const RenderJob made = make(
+      "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
+      "dusty_barred 10 20 0.1 4 30 22 7\n",
+      crowded_sky(1e-2), true);
+  ASSERT_TRUE(made.measures.front());
+  const GalaxyMeasure known = measure_for_truth(made, 0);
+  const GalaxyMeasure own = measure_alone(made.scene->galaxies.front(), made);
+  constexpr double rounding_of_sums = 1e-12;
+  EXPECT_NEAR(known.attenuation[0], own.attenuation[0], rounding_of_sums);
+  EXPECT_NEAR(known.dust_free[0], own.dust_free[0], rounding_of_sums);
+  EXPECT_NEAR(known.half_light_radius / own.half_light_radius, 1, rounding_of_sums);
+  EXPECT_NEAR(known.e1, own.e1, rounding_of_sums);
+  EXPECT_NEAR(known.e2, own.e2, rounding_of_sums);
+  EXPECT_EQ(known.optical_depth, own.optical_depth);
+  EXPECT_LT(known.attenuation[0], 0.9);
 }
 
 // Absolute magnitudes are those without dust unless it is asked for.
@@ -301,7 +397,7 @@ TEST(Calibration, AbsoluteMagnitudesAreThoseOfTheStars) {
 }
 
 TEST(Measure, HalfLightRadiusAndShape) {
-  Made made = make("galaxy ra dec redshift size_arcsec apparent_magnitude\nmixed 10 20 0.1 4 22\n",
+  RenderJob made = make("galaxy ra dec redshift size_arcsec apparent_magnitude\nmixed 10 20 0.1 4 22\n",
                    sky(90, 0.1, ""));
   // Without its dust the mixed disk is exponential: R_e = 1.678347 h (docs/facts.md section 5).
   PlacedGalaxy bare = made.scene->galaxies.front();
@@ -338,7 +434,7 @@ TEST(Measure, HalfLightRadiusAndShape) {
 }
 
 TEST(TruthTable, ObjectsOfAScene) {
-  const Made made = make(
+  const RenderJob made = make(
       "galaxy ra dec redshift size_arcsec apparent_magnitude id\n"
       "star 10.001 20 0 - 20 s\ncompact 10 20 0.1 4 22 b\n",
       sky(90, 0.1, ""));

@@ -64,7 +64,7 @@ class IdentityTest : public testing::TestWithParam<View> {};
 
 TEST_P(IdentityTest, RowsDoNotDependOnOthers) {
   const Renderer renderer =
-      renderer_of(shipped_job(GAMER_TEST_SOURCE_DIR, GetParam().scene, GetParam().settings));
+      image_renderer(shipped_job(GAMER_TEST_SOURCE_DIR, GetParam().scene, GetParam().settings));
   for_each_simd_target([&] {
     const std::vector<double> together = render(renderer, renderer.height());
     for (const int at_once : {1, 3}) {

@@ -44,14 +44,10 @@ inline RenderJob measured_job(RenderParameters parameters, const std::string& li
   return job;
 }
 
-inline Renderer renderer_of(const RenderJob& job, const TruthSettings& truth = {}) {
-  return Renderer(job.parameters, job.camera, job.scene, job.spectrum, truth);
-}
-
 /// The image of a job, made by one thread.
 inline Image image_of(const RenderJob& job) {
   ThreadExecutor executor(1);
-  return render_image(renderer_of(job), executor);
+  return render_image(image_renderer(job), executor);
 }
 
 /// The names of the files in a folder with this suffix, in alphabetical order.

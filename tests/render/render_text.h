@@ -35,7 +35,7 @@ inline Resources text_resources(const TextScene& text) {
 
 inline Renderer text_renderer(const TextScene& text, const TruthSettings& truth = {}) {
   Resources resources = text_resources(text);
-  return renderer_of(measured_job(RenderParameters::read(parse_toml(text.parameters, "render.par")),
+  return image_renderer(measured_job(RenderParameters::read(parse_toml(text.parameters, "render.par")),
                                   text.scene, "scene.lst", resources),
                      truth);
 }

@@ -2,8 +2,8 @@
 
 #include "gamer/galaxy/calibration/calibration_memory.h"
 #include "gamer/galaxy/calibration/galaxy_calibration.h"
+#include "gamer/job/job.h"
 #include "gamer/parallel/ranks.h"
-#include "gamer/render/renderer.h"
 #include "gamer/sed/bandpass.h"
 
 namespace gamer {
@@ -26,14 +26,17 @@ FootprintRange attenuation_footprints(const RenderParameters& parameters);
 
 /// Divides the brightness of observed galaxies by the share of their light that is seen in the
 /// reference band. Their magnitudes then include dust. The band is at rest for absolute magnitudes.
-/// Every rank calls this function with an equal scene. Each galaxy is measured alone, once, in
+/// Every rank calls this function with an equal job. Each galaxy is measured alone, once, in
 /// `threads` threads per rank, at sampling.tolerance. bench/survey_bench.py gives the errors of
 /// magnitudes.
 ///
+/// Galaxies of fixed flux are measured in all planes of the image, if the reference band is one of
+/// them. The job then has their layers, and their measured properties if it makes a table of truth.
+///
 /// A galaxy that `memory` knows from this side, or in these pixels, is not measured again. Only a
 /// process without other ranks may give a memory.
-void apply_attenuation(const RenderParameters& parameters, const Camera& camera,
-                       const Bandpass& reference, bool is_draft, const Ranks& ranks, int threads,
-                       Scene& scene, CalibrationMemory* memory = nullptr);
+void apply_attenuation(const RenderParameters& parameters, const Bandpass& reference,
+                       const RenderJob::Pending& pending, const Ranks& ranks, int threads,
+                       RenderJob& job, CalibrationMemory* memory = nullptr);
 
 }  // namespace gamer

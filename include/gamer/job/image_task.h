@@ -87,7 +87,7 @@ class ImageTask {
   /// After a dry run, the reason why the job itself would not begin; empty if there is none.
   const std::string& hindrance() const { return hindrance_; }
   /// Completes the job, before rendering.
-  void complete(const Ranks& ranks, int threads);
+  void complete(const Ranks& ranks, int threads, Progress::Style style);
   /// Makes the journal of a new job, in place of an older journal. Must follow complete().
   void begin();
   /// The journal; null if none is kept.

@@ -14,6 +14,7 @@
 #include "gamer/job/look.h"
 #include "gamer/job/record.h"
 #include "gamer/parallel/ranks.h"
+#include "gamer/render/galaxy_measure.h"
 #include "gamer/render/renderer.h"
 #include "gamer/scene/camera.h"
 #include "gamer/scene/render_parameters.h"
@@ -59,10 +60,17 @@ struct RenderJob {
     std::shared_ptr<const Bandpass> attenuation;
     bool is_draft = false;   ///< whether all is measured for a coarse view
     bool star_tone = false;  ///< whether discs of stars need find_star_tone()
+    bool truth = false;      ///< whether the job makes a table of truth
+    /// Counts galaxies whose observed light is measured, on rank 0; may be empty.
+    std::function<void(int more, int total)> progress = {};
     /// Keeps the galaxies, measured for these footprints, for later jobs; may be empty.
     std::function<void(std::span<const FootprintRange> footprints)> keep = {};
   };
   Pending pending = {};
+  /// Layers that complete() made of galaxies of fixed flux; null if none.
+  std::shared_ptr<const GalaxyLayers> layers = {};
+  /// [galaxy] What complete() measured for the table of truth; empty if nothing.
+  std::vector<std::optional<GalaxyMeasure>> measures = {};
   /// Files that were read from disk, on the rank that read them, except an image that is made
   /// again.
   std::vector<std::filesystem::path> input_files = {};
@@ -89,6 +97,9 @@ RenderJob read_job(const Record& record);
 /// is measured once, in `threads` threads per rank. A process alone may give a memory of earlier
 /// measurements. Throws InputError where a texture cannot be normalised.
 void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory* memory = nullptr);
+
+/// The renderer of a completed job's image, with the images of `truth`.
+Renderer image_renderer(const RenderJob& job, const TruthSettings& truth = {});
 
 /// Reads and completes a job in this process.
 RenderJob load_job(const JobRequest& request, Resources& resources);

@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "gamer/job/message_log.h"
@@ -60,6 +61,18 @@ class Progress {
   int shown_tenth_ = 0;
   int shown_done_ = -1;
   bool drawn_ = false;
+};
+
+/// The progress of RenderJob::Pending::progress.
+class GalaxyProgress {
+ public:
+  explicit GalaxyProgress(Progress::Style style) : style_(style) {}
+  /// Must not outlive this object.
+  std::function<void(int more, int total)> counter();
+
+ private:
+  Progress::Style style_;
+  std::optional<Progress> progress_;  ///< once a galaxy is counted
 };
 
 }  // namespace gamer

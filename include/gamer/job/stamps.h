@@ -72,7 +72,7 @@ class StampTask {
   const RenderJob& job() const { return job_; }
   /// Says after a dry run why the job itself would not begin; empty where it would.
   const std::string& hindrance() const { return hindrance_; }
-  void complete(const Ranks& ranks, int threads);
+  void complete(const Ranks& ranks, int threads, Progress::Style style);
   /// Renders with all ranks and completes the file. Throws InputError, RunError.
   void render(Executor& executor, Progress::Style style, RankReport& report);
   /// What is to be made: "x.fits: 12 stamps of 15 to 101 pixels a side, 3 planes".

@@ -27,4 +27,7 @@ void write_truth_table(const std::filesystem::path& path, const DataTable& table
 DataTable truth_table(const RenderJob& job, Executor& executor,
                       const std::function<void(int objects)>& count = {});
 
+/// Properties of a galaxy for its row: what complete() measured, or measured now.
+GalaxyMeasure measure_for_truth(const RenderJob& job, std::size_t galaxy);
+
 }  // namespace gamer

@@ -52,9 +52,10 @@ class Ranks {
   /// Computes numbers with all ranks, in `threads` threads each, and gives them to every rank.
   /// There are `values_per_row` numbers for each row up to the last row of the blocks, and 0 in
   /// rows outside them. Blocks are handed out in their order, as by executor(). Every rank gives
-  /// equal blocks.
+  /// equal blocks. On rank 0 `count` is called with the number of rows of each finished block.
   std::vector<double> compute_together(std::span<const RowRange> blocks, std::size_t values_per_row,
-                                       int threads, const Executor::Compute& compute) const;
+                                       int threads, const Executor::Compute& compute,
+                                       const std::function<void(int rows)>& count = {}) const;
 
   /// An executor of all ranks, with an equal number of threads each. Rank 0 hands blocks of rows to
   /// ranks that ask, and also computes. With one rank it is the ThreadExecutor. The executor must

@@ -20,6 +20,12 @@ struct GalaxyMeasure {
   /// Q_NE)/(Q_NN + Q_EE). The position angle is half the phase.
   double e1 = 0, e2 = 0;
   double optical_depth = 0;  ///< through the centre, first plane
+
+  /// All numbers, for messages between ranks; unpacked() is the inverse.
+  std::vector<double> packed() const;
+  /// Length of packed() for a number of planes.
+  static std::size_t numbers(std::size_t planes) { return 4 + 2 * planes; }
+  static GalaxyMeasure unpacked(std::span<const double> numbers);
 };
 
 /// The flux of a galaxy without its dust, [plane]: nJy, in orthographic views nJy times scene
@@ -27,14 +33,20 @@ struct GalaxyMeasure {
 std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& camera,
                                    const Spectrum& spectrum, bool bulge_only = false);
 
-/// Whether a galaxy can be measured with its own rays in the image. It is whole in a sky view
-/// without a grid of rays, and not larger than 128 pixels, which are rectangles of equal area.
-bool can_fix_flux(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
+/// Whether a galaxy can be a layer of the image, and be measured with its rays there. It is whole in a
+/// sky view without a grid of rays, and not larger than 128 pixels, which are rectangles of equal
+/// area. None of its stars is drawn by itself.
+bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera);
 
 /// The footprints of the rays with which a galaxy is measured, `ray_distance` times as far apart as
 /// those of an image. Galaxies of fixed flux need none but those of the image.
 FootprintRange measure_footprints(const RenderParameters& parameters, double ray_distance = 2.5);
+
+/// Measures a galaxy of fixed flux with its rays in the image, and makes its layer. `number` is its
+/// place in the renderer's scene. Light without dust needs a renderer of dust-free planes.
+GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy, int number,
+                            const Camera& camera, const Spectrum& spectrum, GalaxyLayer& layer);
 
 /// Measures a galaxy. Where its flux is fixed, rays are those of the image; else they are parallel
 /// to the line of sight, and `ray_distance` times as far apart.

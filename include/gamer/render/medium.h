@@ -114,6 +114,7 @@ struct RayLight {
   std::vector<std::size_t> begin;      ///< [ray] begin of its part of `light`
   std::vector<double> light;           ///< [begin[ray] + component * nodes + j]
   std::vector<double> depth;           ///< [ray * nodes + j] optical depth of the whole ray
+  std::vector<double> through;         ///< [ray * nodes + j] share of light behind that comes through
   HitTable table;                      ///< finds the hits of the rays
   std::vector<std::size_t> first_hit;  ///< [ray] index of its first hit in `hit_begin`
   std::vector<std::size_t> hit_begin;  ///< [hit] begin of its part of `light`
@@ -163,6 +164,11 @@ class Medium {
   /// The index, among the galaxy's emitting components, of the component to which a light component
   /// belongs.
   std::size_t emitter(int galaxy, std::size_t light) const { return kind(galaxy).emitter[light]; }
+  /// Number of a galaxy's emitting components.
+  std::size_t emitters(int galaxy) const {
+    const auto& own = kind(galaxy).emitter;
+    return own.empty() ? 0 : own.back() + 1;
+  }
   /// The rank of a galaxy in an order that does not depend on the scene's rows.
   int rank(int galaxy) const { return rank_[static_cast<std::size_t>(galaxy)]; }
   /// The indices in RayLight::light of the light slots of a cover of the ray.
@@ -183,18 +189,26 @@ class Medium {
   /// Planes whose errors steer the refinement; of many planes, the bluest, the reddest and one
   /// between.
   std::span<const std::size_t> steering() const { return steering_; }
-  /// Dust-free flux of a unit of light in a light slot of a cover, in the s-th steering plane.
+  /// A galaxy's brightness, or 1 if it has none.
+  double unit_of(int galaxy) const {
+    return spectra(galaxy).brightness > 0 ? spectra(galaxy).brightness : 1;
+  }
+  /// Dust-free flux of a unit of light in a light slot of a cover, in the s-th steering plane and in
+  /// units of the cover's first galaxy.
   float steering_flux(const Cover& cover, int slot, std::size_t s) const;
   /// Face-on central brightness of a galaxy's brightest component in the s-th steering plane,
-  /// dimmed by the galaxy's own dust.
+  /// dimmed by the galaxy's own dust, for a galaxy of brightness 1.
   double typical_brightness(int galaxy, std::size_t s) const;
 
-  /// Adds the surface brightness of a hit galaxy's light component to every plane. `light` holds
-  /// its G_j. With `dust_free` the brightness is that without dust.
+  /// Adds the surface brightness of a hit galaxy's light component to every plane, for a galaxy of
+  /// brightness 1. `light` holds its G_j. With `dust_free` the brightness is that without dust.
   void add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
                   std::span<double> out) const;
-  /// Optical depth at a plane's pivot wavelength, from the optical depths at the nodes.
-  double depth(std::size_t plane, const double* depth) const;
+  /// The share of light behind a galaxy that comes through it in a plane, from that at the nodes. The
+  /// light is taken to have the spectrum of the galaxy's first component.
+  double through(int galaxy, std::size_t plane, const double* through) const;
+  /// The value at a plane's pivot wavelength of a quantity that is known at the nodes.
+  double at_pivot(std::size_t plane, const double* values) const;
 
  private:
   /// Data shared by galaxies of one type and seed. A galaxy whose stars are drawn has a class of
@@ -246,10 +260,10 @@ class Medium {
   const GalaxyClass& kind(int galaxy) const { return kinds_[spectra(galaxy).kind]; }
   const SharedSpectra& share(int galaxy) const { return shares_[spectra(galaxy).share]; }
   std::size_t planes_times_steps() const { return basis_->planes() * basis_->size(); }
-  /// Dust-free flux of a unit of light in a light component, in the s-th steering plane.
+  /// Dust-free flux of a unit of light in a light component of a galaxy of brightness 1, in the s-th
+  /// steering plane.
   double flux(int galaxy, std::size_t component, std::size_t s) const {
-    return spectra(galaxy).brightness *
-           weights_[share(galaxy).weights + kind(galaxy).light.size() * planes_times_steps() +
+    return weights_[share(galaxy).weights + kind(galaxy).light.size() * planes_times_steps() +
                     component * steering_.size() + s];
   }
   void make_kinds();

@@ -45,6 +45,8 @@ class OutputLayout {
   const std::optional<std::size_t>& dust_free() const { return dust_free_; }
   const std::optional<std::size_t>& optical_depth() const { return optical_depth_; }
   const std::optional<std::size_t>& owner() const { return owner_; }
+  /// Whether there are planes of single components.
+  bool has_components() const { return has_components_; }
   /// The first plane of the light of an object's emitter (light component); none if parts were not
   /// requested.
   std::optional<std::size_t> part(std::size_t object, std::size_t emitter) const;
@@ -53,6 +55,7 @@ class OutputLayout {
   std::vector<OutputPlane> planes_;
   std::size_t spectral_;
   std::optional<std::size_t> dust_free_, optical_depth_, owner_;
+  bool has_components_ = false;
   std::vector<std::size_t> parts_;  ///< [object] its first plane; empty without parts
 };
 

@@ -11,6 +11,7 @@
 #include "gamer/image/picture.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/render/galaxy_index.h"
+#include "gamer/render/galaxy_layers.h"
 #include "gamer/render/march/sampler.h"
 #include "gamer/render/medium.h"
 #include "gamer/render/output_planes.h"
@@ -70,8 +71,22 @@ class Renderer {
       RowRange rows, StarPainter::Detail detail,
       const std::function<void(const StarPainter::Seen& star, glm::ivec2 pixel)>& take) const;
   const StarFields& star_fields() const { return *star_fields_; }
-  /// Optical depth along the ray of a point of the image, at the first plane's wavelength.
-  double optical_depth(double x, double y) const;
+  /// Optical depth of a galaxy along the ray of a point of the image, at the first plane's
+  /// wavelength.
+  double optical_depth(double x, double y, int galaxy) const;
+
+  /// Takes layers from those that are kept, instead of making them anew. They must be of an equal
+  /// renderer.
+  void use(std::shared_ptr<const GalaxyLayers> layers) { layers_ = std::move(layers); }
+  /// A function that takes a ray: its pixel coordinates (from 0), its area (pixels), and its light
+  /// by spectral plane, as seen and without dust.
+  using TakeLayerRay =
+      std::function<void(double x, double y, double area, std::span<const double> seen,
+                         std::span<const double> dust_free)>;
+  /// The layer of a galaxy of fixed flux in a region of the whole image. Calls `take` for its rays.
+  GalaxyLayer layer(int galaxy, const ImageRegion& region, const TakeLayerRay& take) const;
+  /// Wavelengths of the spectral nodes, Angstrom.
+  std::vector<double> spectral_nodes() const;
 
  private:
   struct Sample;
@@ -82,9 +97,17 @@ class Renderer {
   int column_of(int x) const { return x - camera_.window().left; }
   /// Whether a pixel is one of the nine about a cusp.
   bool is_at_cusp(int x, int y) const;
+  /// The ray through a pixel's middle.
+  std::optional<Ray> middle_ray(int x, int y, const Workspace& work) const;
+  /// Finds the galaxies from which the cells of a pixel choose.
+  void find_near_pixel(int x, int y, const GalaxyIndex::Found& near, Workspace& work) const;
+  /// Adds a pixel's layers, or its rays to those that wait.
+  void add_pixel(int x, int y, int row, const GalaxyIndex::Found& near, Workspace& work,
+                 LightSums& sums) const;
   /// Places the rays of a pixel: a fixed grid, or cells where the pixel is large compared with the
-  /// structure that it shows. With a grid, pixels about a cusp still have cells.
-  void place_samples(int x, int y, int row, const GalaxyIndex::Found& near, Workspace& work) const;
+  /// structure that it shows. With a grid, pixels about a cusp still have cells. `pixel` and `row`
+  /// are the samples' own.
+  void place_samples(int x, int y, int pixel, int row, Workspace& work) const;
   /// Adds the rays of a cell, or divides the cell. `middle` is the ray through the cell's middle.
   void refine(const Sample& cell, const std::optional<Ray>& middle, Workspace& work) const;
   /// Turns the weights of a pixel's samples, from `first` on, into shares of the pixel's solid
@@ -102,10 +125,34 @@ class Renderer {
                 RenderCounts& counts) const;
   /// Sets the footprint of a ray's hit for a pixel or sub-pixel of size `size`.
   void set_footprint(double size, Hit& hit) const;
+  /// Finds what samples hit among their candidates.
+  void find_hits(
+      std::span<const Sample> samples,
+      const std::function<std::span<const int>(const Sample& sample, const Ray& ray)>& candidates,
+      Workspace& work) const;
   void add_light(std::span<const Sample> samples, const GalaxyIndex::Found& near, Workspace& work,
                  LightSums& sums, RenderCounts& counts) const;
   /// Adds the light and depth of an integrated ray.
   void add_ray(const Sample& sample, std::size_t ray, Workspace& work, LightSums& sums) const;
+  /// Numbers of a pixel of a galaxy's layer.
+  std::size_t layer_numbers(int galaxy) const;
+  /// Makes the layers of galaxies in a region.
+  void make_layers(std::span<const int> galaxies, const ImageRegion& region,
+                   std::span<GalaxyLayer> layers, Workspace& work, RenderCounts& counts,
+                   const TakeLayerRay& take) const;
+  /// Adds an integrated ray to the sums of its layer.
+  void add_to_layer(int galaxy, const Sample& sample, std::size_t ray, Workspace& work,
+                    const TakeLayerRay& take) const;
+  /// Finds or makes the layers of all galaxies of fixed flux near a region.
+  void find_layers(const GalaxyIndex::Found& near, const ImageRegion& region, Workspace& work,
+                   RenderCounts& counts) const;
+  /// Adds a pixel's layers, one behind the other. Returns false where the pixel needs rays through
+  /// all its galaxies together: some galaxy has no layer, two galaxies penetrate each other, or the
+  /// dust in front takes more than Accuracy::most_dimmed.
+  bool add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const;
+  /// Adds a pixel of a layer and the dimming of what is behind it.
+  void add_layer(int galaxy, const double* numbers, int x, int row, Workspace& work,
+                 LightSums& sums) const;
   /// Adds the scene's own stars to rows of the whole image, and returns whether there were any.
   bool add_stars(RowRange rows, LightSums& sums) const;
   void add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const;
@@ -134,6 +181,7 @@ class Renderer {
   Medium medium_;
   std::unique_ptr<Sampler> sampler_;
   GalaxyIndex index_;
+  std::shared_ptr<const GalaxyLayers> layers_;  ///< that are kept; may be null
   StarPainter painter_;
   OutputLayout layout_;
   std::vector<std::pair<int, int>> cusp_pixels_;  ///< [y, x] ascending; with a grid only

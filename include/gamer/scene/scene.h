@@ -48,6 +48,9 @@ struct PlacedGalaxy {
   bool is_absolute = false;  ///< whether its magnitude is absolute
   /// Whether its brightness was set so that its rays in this image add up to its magnitude.
   bool has_fixed_flux = false;
+  /// Whether it is rendered by itself, and then laid over what is behind it (GalaxyLayer). It is so
+  /// if its flux is fixed.
+  bool is_layer = false;
   /// Radius of a sphere around `centre` that holds the stretched ball, scene units.
   double bounding_radius = 1;
   /// Half-light radius along the major axis, lensing included, scene units; 0 unless the sizes of

@@ -28,6 +28,7 @@ class Associations : public Layer {
                const AssociationParameters& parameters, const Component* twin)
       : Layer(shape, arms) {
     amplitude_ = 1;
+    integral_ = twin != nullptr ? twin->envelope_integral() : Layer::envelope_integral();
     if (twin != nullptr) {
       texture_ = std::make_unique<AssociationTexture>(
           static_cast<const AssociationTexture&>(*twin->texture()), parameters.seed);
@@ -36,14 +37,14 @@ class Associations : public Layer {
     }
   }
 
+  double envelope_integral() const override { return integral_; }
   bool has_texture_mean() const override { return true; }
   double texture_mean(double width, double error, std::size_t most_points) const override {
-    const double integral = envelope_integral();
     AssociationLayer layer;
     layer.density = [&](const Points& points, float* out) {
       envelope_at(points, out);
       for (std::size_t i = 0; i < points.size; ++i) {
-        out[i] = static_cast<float>(double{out[i]} / integral);
+        out[i] = static_cast<float>(double{out[i]} / integral_);
       }
     };
     layer.cloud = [this](std::size_t size) { return cloud(size); };
@@ -90,6 +91,8 @@ class Associations : public Layer {
     for (float& value : density.values) value = std::max(value, least_density * most);
     return density;
   }
+
+  double integral_;
 };
 
 ParameterTable association_layer_parameters() {

@@ -328,20 +328,16 @@ double Layer::uneven_integral() const {
 /// Cells that hold equal shares of m f, of the angle psi and of sech^2.
 struct Layer::Cells {
   CloudInput input;
-  std::vector<float> node_radius;
   std::size_t count;
 };
 
 Layer::Cells Layer::cells(std::size_t radial, std::size_t azimuthal, std::size_t vertical) const {
-  Cells result{{}, std::vector<float>(cloud_nodes + 1, 0.0f), radial * azimuthal * vertical};
-  for (int k = 1; k <= cloud_nodes; ++k) {
-    const double share = static_cast<double>(k) / cloud_nodes;
-    result.node_radius[static_cast<std::size_t>(k)] = static_cast<float>(law_.quantile(share));
-  }
+  std::call_once(has_node_radius_, [&] { node_radius_ = law_.quantiles(cloud_nodes); });
+  Cells result{{}, radial * azimuthal * vertical};
   result.input = {static_cast<float>(radial),
                   static_cast<float>(azimuthal),
                   static_cast<float>(vertical),
-                  result.node_radius.data(),
+                  node_radius_.data(),
                   static_cast<float>(shape_.z0),
                   static_cast<float>(shape_.flare),
                   texture() != nullptr ? static_cast<float>(texture()->twirl()) : 0.0f};

@@ -29,13 +29,12 @@ constexpr int steps = 1 << 14;
 /// ln(1 + e^x).
 double softplus(double x) { return std::max(x, 0.0) + std::log1p(std::exp(-std::abs(x))); }
 
-/// The x with 1 - (1 + x) e^-x = u, by Newton's method from a series or asymptotic start.
-double gamma2_quantile(double u) {
-  double x =
-      u < 0.5 ? std::sqrt(2 * u) * (1 + std::sqrt(2 * u) / 3) : 1.7 - 1.2 * std::log(2 * (1 - u));
+/// The x with 1 - (1 + x) e^-x = u, by Newton's method from `start`.
+double gamma2_quantile(double u, double start) {
+  double x = start;
   for (int i = 0; i < 50; ++i) {
-    const double f = 1 - (1 + x) * std::exp(-x) - u;
-    const double step = f / (x * std::exp(-x));
+    const double decay = std::exp(-x);
+    const double step = (1 - (1 + x) * decay - u) / (x * decay);
     x = std::max(x - step, 0.5 * x);
     if (std::abs(step) < 1e-10 * x) break;
   }
@@ -130,15 +129,26 @@ double RadialLaw::bound(double nearest, double farthest) const {
   return std::exp(logarithm(std::clamp(shape_.ring_radius, nearest, outermost)));
 }
 
-double RadialLaw::quantile(double u) const {
-  if (inside_ == nullptr) {
-    const double end = std::min(1 / (rh_ * shape_.axis_ratio), reach);
-    return rh_ * (u < 1 ? gamma2_quantile((1 - (1 + end) * std::exp(-end)) * u) : end);
+std::vector<float> RadialLaw::quantiles(int parts) const {
+  std::vector<float> result = {0.0f};
+  const double end = std::min(1 / (rh_ * shape_.axis_ratio), reach);
+  const double whole = 1 - (1 + end) * std::exp(-end);
+  // The first x is about sqrt(2 u); each further one begins at the one before.
+  double x = std::sqrt(2 * whole / parts);
+  for (int k = 1; k < parts; ++k) {
+    const double u = static_cast<double>(k) / parts;
+    if (inside_ == nullptr) {
+      x = gamma2_quantile(whole * u, x);
+      result.push_back(static_cast<float>(rh_ * x));
+      continue;
+    }
+    const auto above = std::upper_bound(inside_->begin(), inside_->end() - 1, u);
+    const double low = *(above - 1), share = (u - low) / (*above - low);
+    result.push_back(static_cast<float>(
+        end_ * (static_cast<double>(above - 1 - inside_->begin()) + share) / steps));
   }
-  if (u >= 1) return end_;
-  const auto above = std::upper_bound(inside_->begin(), inside_->end() - 1, u);
-  const double low = *(above - 1), share = (u - low) / (*above - low);
-  return end_ * (static_cast<double>(above - 1 - inside_->begin()) + share) / steps;
+  result.push_back(static_cast<float>(inside_ == nullptr ? rh_ * end : end_));
+  return result;
 }
 
 double RadialLaw::length() const {

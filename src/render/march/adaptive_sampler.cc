@@ -277,13 +277,22 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     const std::size_t at = static_cast<std::size_t>(result) * nodes + ws.steering_node[s];
     return double{ws.segment_transmission[at]};
   };
+  // All light is in units of the nearest galaxy, so that a ray through one galaxy does not depend on
+  // the galaxy's brightness.
+  const auto units_of = [&, unit = medium_.unit_of(hits.front().galaxy)](int galaxy) {
+    return medium_.unit_of(galaxy) / unit;
+  };
+  const auto units = [&](const Segment& segment) {
+    return units_of(ws.covers[static_cast<std::size_t>(segment.cover)].galaxies.front());
+  };
   double intensity = 0, depth = 0, count = 0;
   Transmitted transmitted;
   for (std::int32_t r = first; r != no_segment; r = ws.segments[static_cast<std::size_t>(r)].next) {
     const Segment& segment = ws.segments[static_cast<std::size_t>(r)];
     transmitted.enter(segment);
     for (std::int32_t v = 0; v < segment.results(); ++v) {
-      intensity += transmitted.in_front(v) * double{light_of(segment.result + v).value};
+      intensity += transmitted.in_front(v) * units(segment) *
+                   double{light_of(segment.result + v).value};
       transmitted.pass(v, share_of(segment.result + v));
     }
     depth += double{depth_of(segment.result).value};
@@ -291,7 +300,8 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
   }
   double typical = 0;
   for (const Hit& hit : hits) {
-    typical = std::max(typical, medium_.typical_brightness(hit.galaxy, s));
+    typical =
+        std::max(typical, units_of(hit.galaxy) * medium_.typical_brightness(hit.galaxy, s));
   }
   // Behind thick dust an image may be much fainter than the galaxy's face-on brightness.
   const double dimmed = typical * std::exp(-0.5 * std::min(depth, deepest));
@@ -306,7 +316,7 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     transmitted.enter(segment);
     double passed = 0;
     for (std::int32_t v = 0; v < segment.results(); ++v) {
-      const double share = transmitted.in_front(v);
+      const double share = transmitted.in_front(v) * units(segment);
       passed += share;
       in_front += share * double{light_of(segment.result + v).value};
       transmitted.pass(v, share_of(segment.result + v));
@@ -314,7 +324,7 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     // An error of depth affects all light behind it. The error of the first variant stands for all
     // variants.
     const double error =
-        passed * light_of(segment.result).error(scale, segment.has_texture) +
+        passed * light_of(segment.result).error(scale / units(segment), segment.has_texture) +
         (intensity - in_front) * depth_of(segment.result).error(1, segment.has_texture);
     ws.errors.push_back(error);
     square += error * error;
@@ -374,6 +384,9 @@ void AdaptiveSampler::sum_up(std::span<const std::span<const Hit>> hits, Adaptiv
           ws.transmitted[j].pass(v, double{ws.segment_transmission[result * nodes + j]});
         }
       }
+    }
+    for (std::size_t j = 0; j < nodes; ++j) {
+      out.through[ray * nodes + j] = ws.transmitted[j].behind();
     }
   }
 }

@@ -120,6 +120,8 @@ class Transmitted {
   double in_front(std::int32_t variant) const {
     return common_ * weight(variant) * own_[static_cast<std::size_t>(variant)];
   }
+  /// The transmission of all segments so far.
+  double behind() const { return common_ * mean(); }
   void pass(std::int32_t variant, double share) {
     own_[static_cast<std::size_t>(variant)] *= share;
   }

@@ -104,6 +104,11 @@ class UniformSampler : public Sampler {
       }
       if (nodes.size() > 0) flush();
     }
+    for (std::size_t k = 0; k < transmission.size(); ++k) {
+      const double weight = variants > 1 ? dust_variant_weights[k / medium_.nodes()] : 1.0;
+      double& through = out.through[i * medium_.nodes() + k % medium_.nodes()];
+      through = (k < medium_.nodes() ? 0 : through) + weight * transmission[k];
+    }
     counts.rays += 1;
   }
 

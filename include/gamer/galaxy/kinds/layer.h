@@ -1,6 +1,8 @@
 #pragma once
 
 #include <cmath>
+#include <mutex>
+#include <vector>
 
 #include "gamer/galaxy/component.h"
 #include "gamer/galaxy/kinds/radial_law.h"
@@ -99,6 +101,8 @@ class Layer : public Component {
   double steepest_winding_;  ///< steepest winding of the arms where the layer is bright
   double largest_shear_;
   double log_peak_;  ///< ln of law_.peak()
+  mutable std::once_flag has_node_radius_;
+  mutable std::vector<float> node_radius_;  ///< of a cloud: quantiles of law_, once it is needed
 };
 
 }  // namespace gamer

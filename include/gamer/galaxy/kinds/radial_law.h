@@ -51,8 +51,9 @@ class RadialLaw {
   double limit(double least) const;
   /// An upper bound of f, without the hole, between two radii r.
   double bound(double nearest, double farthest) const;
-  /// The m with the share u of the integral of m f inside, without the hole and within end().
-  double quantile(double u) const;
+  /// The m with the shares k/parts of the integral of m f inside, k = 0 ... parts, without the hole
+  /// and within end().
+  std::vector<float> quantiles(int parts) const;
   /// End of integrals over f.
   double end() const { return end_; }
   /// The length over which f changes by about its own value.

@@ -1,0 +1,211 @@
+#include "gamer/render/galaxy_layers.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "gamer/core/cancellation.h"
+#include "render/renderer_workspace.h"
+
+namespace gamer {
+
+// The light of galaxies of fixed flux: each alone in its pixels, then one behind the other.
+
+std::size_t Renderer::layer_numbers(int galaxy) const {
+  const std::size_t planes = layout_.spectral();
+  std::size_t numbers = 2 * planes;
+  if (layout_.dust_free()) numbers += planes;
+  if (layout_.optical_depth()) numbers += planes;
+  if (layout_.has_components()) numbers += planes * medium_.emitters(galaxy);
+  return numbers;
+}
+
+void Renderer::add_to_layer(int galaxy, const Sample& sample, std::size_t ray, Workspace& work,
+                            const TakeLayerRay& take) const {
+  const std::size_t planes = layout_.spectral(), nodes = medium_.nodes();
+  double* number = work.layer_sums[static_cast<std::size_t>(sample.row)].data() +
+                   static_cast<std::size_t>(sample.pixel) * layer_numbers(galaxy);
+  work.seen.assign(planes, 0.0);
+  work.dust_free.assign(planes, 0.0);
+  double* const parts = number + planes * (layout_.optical_depth() ? 3 : 2);
+  const double* light = work.light.light.data() + work.light.begin[ray];
+  for (const Hit& hit : work.hits_of_ray[ray]) {
+    for (std::size_t c = 0; c < medium_.light_components(hit.galaxy); ++c, light += nodes) {
+      work.part.assign(planes, 0.0);
+      medium_.add_planes(hit.galaxy, c, light, false, work.part);
+      if (layout_.dust_free()) medium_.add_planes(hit.galaxy, c, light, true, work.dust_free);
+      double* const own = parts + medium_.emitter(hit.galaxy, c) * planes;
+      for (std::size_t p = 0; p < planes; ++p) {
+        work.seen[p] += work.part[p];
+        if (layout_.has_components()) own[p] += sample.weight * work.part[p];
+      }
+    }
+  }
+  const auto add = [&](const auto& value) {
+    for (std::size_t p = 0; p < planes; ++p) *number++ += sample.weight * value(p);
+  };
+  add([&](std::size_t p) { return work.seen[p]; });
+  add([&](std::size_t p) {
+    if (work.hits_of_ray[ray].empty()) return 1.0;
+    return medium_.through(galaxy, p, work.light.through.data() + ray * nodes);
+  });
+  if (layout_.optical_depth()) {
+    add([&](std::size_t p) { return medium_.at_pivot(p, work.light.depth.data() + ray * nodes); });
+  }
+  if (layout_.has_components()) number += planes * medium_.emitters(galaxy);
+  if (layout_.dust_free()) add([&](std::size_t p) { return work.dust_free[p]; });
+  if (take) take(sample.x, sample.y, sample.weight, work.seen, work.dust_free);
+}
+
+void Renderer::make_layers(std::span<const int> galaxies, const ImageRegion& region,
+                           std::span<GalaxyLayer> layers, Workspace& work, RenderCounts& counts,
+                           const TakeLayerRay& take) const {
+  work.layer_sums.resize(std::max(work.layer_sums.size(), galaxies.size()));
+  const std::size_t pixels =
+      static_cast<std::size_t>(region.width) * static_cast<std::size_t>(region.height);
+  work.samples.clear();
+  const auto work_off_samples = [&](std::size_t least) {
+    std::size_t done = 0;
+    while (work.samples.size() - done >= std::max(least, std::size_t{1})) {
+      const std::size_t count = std::min(work.samples.size() - done, rays_at_once);
+      const std::span<const Sample> part = std::span(work.samples).subspan(done, count);
+      const auto candidates = [&](const Sample& sample, const Ray&) {
+        return galaxies.subspan(static_cast<std::size_t>(sample.row), 1);
+      };
+      find_hits(part, candidates, work);
+      sampler_->integrate(work.hits_of_ray, work.light, counts);
+      for (std::size_t i = 0; i < part.size(); ++i) {
+        add_to_layer(galaxies[static_cast<std::size_t>(part[i].row)], part[i], i, work, take);
+      }
+      done += count;
+    }
+    work.samples.erase(work.samples.begin(),
+                       work.samples.begin() + static_cast<std::ptrdiff_t>(done));
+  };
+  for (std::size_t k = 0; k < galaxies.size(); ++k) {
+    layers[k].region = region;
+    layers[k].numbers = layer_numbers(galaxies[k]);
+    work.layer_sums[k].assign(pixels * layers[k].numbers, 0.0);
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxies[k])];
+    const double pixel = camera_.pixel_size(placed.centre);
+    for (int y = region.bottom; y < region.top(); ++y) {
+      check_cancelled();
+      aim(region.left, region.right(), y, work);
+      for (int x = region.left; x < region.right(); ++x) {
+        const auto& ray = work.middles[static_cast<std::size_t>(x - region.left)];
+        const auto number = static_cast<int>(layers[k].place(x, y) / layers[k].numbers);
+        if (!ray || !is_within(*ray, placed, pixel)) {
+          // Light from behind passes.
+          double* const through = work.layer_sums[k].data() + layers[k].place(x, y);
+          std::fill_n(through + layout_.spectral(), layout_.spectral(), 1.0);
+          continue;
+        }
+        work.near_pixel.assign(1, galaxies[k]);
+        place_samples(x, y, number, static_cast<int>(k), work);
+        work_off_samples(rays_at_once);
+      }
+    }
+  }
+  work_off_samples(1);
+  for (std::size_t k = 0; k < galaxies.size(); ++k) {
+    layers[k].values = work.layer_sums[k];
+  }
+}
+
+GalaxyLayer Renderer::layer(int galaxy, const ImageRegion& region, const TakeLayerRay& take) const {
+  GalaxyLayer result;
+  Workspace work;
+  RenderCounts counts;
+  make_layers(std::span(&galaxy, 1), region, std::span(&result, 1), work, counts, take);
+  return result;
+}
+
+void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& region,
+                           Workspace& work, RenderCounts& counts) const {
+  work.layers.clear();
+  if (supersample_) return;
+  std::vector<int> missing;
+  for (const int galaxy : near.galaxies) {
+    const auto g = static_cast<std::size_t>(galaxy);
+    if (!scene_->galaxies[g].is_layer) continue;
+    const GalaxyLayer* const kept = layers_ ? layers_->find(g) : nullptr;
+    work.layers.push_back({galaxy, kept});
+    if (kept == nullptr) missing.push_back(galaxy);
+  }
+  if (missing.empty()) return;
+  work.made_layers.resize(std::max(work.made_layers.size(), missing.size()));
+  make_layers(missing, region, work.made_layers, work, counts, {});
+  std::size_t k = 0;
+  for (auto& [galaxy, layer] : work.layers) {
+    if (layer == nullptr) layer = &work.made_layers[k++];
+  }
+}
+
+bool Renderer::add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const {
+  const auto& ray = work.middles[static_cast<std::size_t>(x - work.left)];
+  if (work.layers.empty() || !ray) return false;
+  const auto placed = [&](int galaxy) -> const PlacedGalaxy& {
+    return scene_->galaxies[static_cast<std::size_t>(galaxy)];
+  };
+  work.in_pixel.clear();
+  for (const int galaxy : work.near_pixel) {
+    if (!is_within(*ray, placed(galaxy), camera_.pixel_size(placed(galaxy).centre))) continue;
+    if (!placed(galaxy).is_layer) return false;
+    const auto found = std::ranges::find(work.layers, galaxy, &Workspace::LayerOf::galaxy);
+    work.in_pixel.push_back(*found);
+  }
+  std::ranges::sort(work.in_pixel, [&](const auto& a, const auto& b) {
+    const double of_a = camera_.distance(placed(a.galaxy).centre);
+    const double of_b = camera_.distance(placed(b.galaxy).centre);
+    return of_a < of_b || (of_a == of_b && medium_.rank(a.galaxy) < medium_.rank(b.galaxy));
+  });
+  const std::size_t planes = layout_.spectral();
+  for (std::size_t k = 0; k + 1 < work.in_pixel.size(); ++k) {
+    const PlacedGalaxy& front = placed(work.in_pixel[k].galaxy);
+    for (std::size_t other = k + 1; other < work.in_pixel.size(); ++other) {
+      const PlacedGalaxy& behind = placed(work.in_pixel[other].galaxy);
+      const double reach = front.bounding_radius + behind.bounding_radius;
+      if (glm::distance(front.centre, behind.centre) < reach) return false;
+    }
+    const GalaxyLayer& layer = *work.in_pixel[k].layer;
+    if (!layer.has(x, y)) continue;
+    const double* const through = layer.values.data() + layer.place(x, y) + planes;
+    if (*std::min_element(through, through + planes) < 1 - medium_.accuracy().most_dimmed) return false;
+  }
+  work.through.assign(planes, 1.0);
+  for (const auto& [galaxy, layer] : work.in_pixel) {
+    if (layer->has(x, y)) {
+      add_layer(galaxy, layer->values.data() + layer->place(x, y), x, row, work, sums);
+    }
+  }
+  return true;
+}
+
+void Renderer::add_layer(int galaxy, const double* numbers, int x, int row, Workspace& work,
+                         LightSums& sums) const {
+  const std::size_t planes = layout_.spectral();
+  const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxy)];
+  const auto take = [&](bool is_dimmed, double factor, std::vector<double>& values) {
+    values.clear();
+    for (std::size_t p = 0; p < planes; ++p) {
+      values.push_back(factor * (is_dimmed ? work.through[p] : 1) * *numbers++);
+    }
+  };
+  const auto r = static_cast<std::size_t>(row), column = static_cast<std::size_t>(column_of(x));
+  take(true, placed.brightness, work.seen);
+  const double* const through = numbers;
+  numbers += planes;
+  if (layout_.optical_depth()) {
+    take(false, 1, work.depth);
+    sums.add_depth(r, column, work.depth);
+  }
+  for (std::size_t e = 0; layout_.has_components() && e < medium_.emitters(galaxy); ++e) {
+    take(true, placed.brightness, work.part);
+    sums.add_part(r, column, {placed.object, e}, work.part);
+  }
+  if (!layout_.has_components()) sums.add_part(r, column, {placed.object, 0}, work.seen);
+  if (layout_.dust_free()) take(false, placed.brightness, work.dust_free);
+  sums.add(r, column, placed.object, work.seen, work.dust_free);
+  for (std::size_t p = 0; p < planes; ++p) work.through[p] *= through[p];
+}
+
+}  // namespace gamer
