@@ -33,9 +33,7 @@ ConfigNode convert(const toml::node& node, const Places& places, int depth) {
   ConfigNode result;
   result.where = places(node.source());
   result.key_where = result.where;
-  if (depth > max_depth) {
-    throw input_error(result.where, "nested deeper than {} levels", max_depth);
-  }
+  if (depth > max_depth) throw input_error(result.where, "nested deeper than {} levels", max_depth);
   switch (node.type()) {
     case toml::node_type::boolean:
       result.data = node.as_boolean()->get();

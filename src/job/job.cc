@@ -245,9 +245,7 @@ RenderJob recorded(RenderJob job, const std::string& label, Resources& resources
 
 Resources open_resources(const JobRequest& request,
                          const std::vector<std::filesystem::path>& folders) {
-  if (!request.from_header.empty()) {
-    return Resources::from_record(read_record(request.from_header));
-  }
+  if (!request.from_header.empty()) return Resources::from_record(read_record(request.from_header));
   Resources resources(folders);
   if (request.look) add_look(*request.look, request.settings, resources);
   return resources;

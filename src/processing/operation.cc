@@ -175,9 +175,7 @@ void take_files(const Operation& operation, std::vector<std::string> files, Oper
   const std::string usage =
       fmt::format("gutil {} [options] {}", operation.name, files_text(operation));
   if (operation.result != Operation::Result::text) {
-    if (files.empty()) {
-      throw input_error("{}needs an output: {}", context_of(operation), usage);
-    }
+    if (files.empty()) throw input_error("{}needs an output: {}", context_of(operation), usage);
     call.output = files.back();
     files.pop_back();
   }

@@ -81,9 +81,7 @@ class AxisWeights {
         append(sum_kernel, low, high);
       }
       if (is_brightness) {
-        for (std::size_t k = starts_.back(); k < weights_.size(); ++k) {
-          weights_[k] /= sums_.back();
-        }
+        for (std::size_t k = starts_.back(); k < weights_.size(); ++k) weights_[k] /= sums_.back();
         sums_.back() = 1;
       }
       starts_.push_back(weights_.size());

@@ -178,9 +178,7 @@ class RotatedPlane final : public Plane {
       for (int x = 0; x < block.width; x += square) {
         const int y2 = std::min(y + square, block.height), x2 = std::min(x + square, block.width);
         for (int j = y; j < y2; ++j) {
-          for (int i = x; i < x2; ++i) {
-            use(j, i, source_place(block.x + i, block.y + j));
-          }
+          for (int i = x; i < x2; ++i) use(j, i, source_place(block.x + i, block.y + j));
         }
       }
     }

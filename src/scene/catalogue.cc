@@ -98,9 +98,7 @@ bool Catalogue::has_galaxies() const {
 }
 
 SourceLocation Catalogue::where(std::size_t row, std::size_t column) const {
-  if (format_ == CatalogueFormat::fits) {
-    return {fmt::format("{}, row {}", label_, row + 1), 0, 0};
-  }
+  if (format_ == CatalogueFormat::fits) return {fmt::format("{}, row {}", label_, row + 1), 0, 0};
   if (format_ == CatalogueFormat::votable) return {label_, places_.lines[row], 0};
   const std::size_t begin = places_.begins[row];
   const std::size_t end = std::min(places_.text.find('\n', begin), places_.text.size());

@@ -99,9 +99,7 @@ void check_hcompress_tiles(FitsFile& file, int hdu, int column, LONGLONG rows,
                 std::all_of(head.begin() + bit_planes, head.end(),
                             [](unsigned char planes) { return planes <= most_bit_planes; });
     }
-    if (!is_good) {
-      file.fail(fmt::format("HDU {}: tile {} is no good HCOMPRESS stream", hdu, row));
-    }
+    if (!is_good) file.fail(fmt::format("HDU {}: tile {} is no good HCOMPRESS stream", hdu, row));
   }
 }
 
