@@ -27,9 +27,7 @@ class SumKernel {
         is_spline_ = true;
         radius_ = spline_radius;
         break;
-      default:
-        scale_ = std::max(1.0, step);
-        radius_ = kernel_radius(kernel) * scale_;
+      default: scale_ = std::max(1.0, step); radius_ = kernel_radius(kernel) * scale_;
     }
   }
 

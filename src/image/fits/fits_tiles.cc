@@ -24,18 +24,13 @@ namespace {
 /// never have.
 LONGLONG element_size(int type) {
   switch (-type) {
-    case TBYTE:
-      return 1;
-    case TSHORT:
-      return 2;
+    case TBYTE: return 1;
+    case TSHORT: return 2;
     case TLONG:
-    case TFLOAT:
-      return 4;
+    case TFLOAT: return 4;
     case TLONGLONG:
-    case TDOUBLE:
-      return 8;
-    default:
-      return 0;
+    case TDOUBLE: return 8;
+    default: return 0;
   }
 }
 
