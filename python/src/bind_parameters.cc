@@ -70,10 +70,8 @@ ParameterValue from_python(const Parameter& parameter, const py::object& value) 
         return value.cast<std::vector<double>>();
       case ParameterType::vector2:
       case ParameterType::vector3:
-      case ParameterType::numbers:
-        return value.cast<std::vector<double>>();
-      case ParameterType::noise:
-        break;
+      case ParameterType::numbers: return value.cast<std::vector<double>>();
+      case ParameterType::noise: break;
     }
   } catch (const py::cast_error&) {
     fail();

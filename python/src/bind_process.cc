@@ -17,12 +17,9 @@ namespace py = pybind11;
 
 const char* result_name(Operation::Result result) {
   switch (result) {
-    case Operation::Result::fits:
-      return "fits";
-    case Operation::Result::picture:
-      return "picture";
-    case Operation::Result::text:
-      return "text";
+    case Operation::Result::fits: return "fits";
+    case Operation::Result::picture: return "picture";
+    case Operation::Result::text: return "text";
   }
   return "";
 }

@@ -33,22 +33,12 @@ ConfigNode convert(const toml::node& node, const Places& places, int depth) {
   ConfigNode result;
   result.where = places(node.source());
   result.key_where = result.where;
-  if (depth > max_depth) {
-    throw input_error(result.where, "nested deeper than {} levels", max_depth);
-  }
+  if (depth > max_depth) throw input_error(result.where, "nested deeper than {} levels", max_depth);
   switch (node.type()) {
-    case toml::node_type::boolean:
-      result.data = node.as_boolean()->get();
-      break;
-    case toml::node_type::integer:
-      result.data = std::int64_t{node.as_integer()->get()};
-      break;
-    case toml::node_type::floating_point:
-      result.data = node.as_floating_point()->get();
-      break;
-    case toml::node_type::string:
-      result.data = node.as_string()->get();
-      break;
+    case toml::node_type::boolean: result.data = node.as_boolean()->get(); break;
+    case toml::node_type::integer: result.data = std::int64_t{node.as_integer()->get()}; break;
+    case toml::node_type::floating_point: result.data = node.as_floating_point()->get(); break;
+    case toml::node_type::string: result.data = node.as_string()->get(); break;
     case toml::node_type::array: {
       ConfigNode::Array elements;
       for (const toml::node& element : *node.as_array()) {
@@ -238,18 +228,12 @@ const ConfigNode* ConfigNode::find(std::string_view key) const {
 
 std::string ConfigNode::type_name() const {
   switch (data.index()) {
-    case 0:
-      return "a boolean";
-    case 1:
-      return "an integer";
-    case 2:
-      return "a number";
-    case 3:
-      return "a string";
-    case 4:
-      return "a list";
-    default:
-      return "a table";
+    case 0: return "a boolean";
+    case 1: return "an integer";
+    case 2: return "a number";
+    case 3: return "a string";
+    case 4: return "a list";
+    default: return "a table";
   }
 }
 

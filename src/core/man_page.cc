@@ -33,21 +33,11 @@ std::string roff(std::string_view text) {
   while (!text.empty()) {
     const char32_t point = take_code_point(text);
     switch (point) {
-      case '\\':
-        line += "\\e";
-        break;
-      case '-':
-        line += "\\-";
-        break;
-      case '\'':
-        line += "\\(aq";
-        break;
-      case '^':
-        line += "\\(ha";
-        break;
-      case '~':
-        line += "\\(ti";
-        break;
+      case '\\': line += "\\e"; break;
+      case '-': line += "\\-"; break;
+      case '\'': line += "\\(aq"; break;
+      case '^': line += "\\(ha"; break;
+      case '~': line += "\\(ti"; break;
       case '`':
         line += is_code ? "\\fR" : "\\fB";
         is_code = !is_code;

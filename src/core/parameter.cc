@@ -19,28 +19,17 @@ struct TypeWords {
 
 TypeWords words_of(ParameterType type) {
   switch (type) {
-    case ParameterType::boolean:
-      return {"boolean", "true or false"};
-    case ParameterType::integer:
-      return {"integer", "an integer"};
-    case ParameterType::number:
-      return {"number", "a number"};
-    case ParameterType::text:
-      return {"text", "a string"};
-    case ParameterType::choice:
-      return {"choice", "a string"};
-    case ParameterType::vector2:
-      return {"vector2", "a list of two numbers"};
-    case ParameterType::vector3:
-      return {"vector3", "a list of three numbers"};
-    case ParameterType::numbers:
-      return {"numbers", "a list of numbers"};
-    case ParameterType::texts:
-      return {"texts", "a list of strings"};
-    case ParameterType::size2:
-      return {"size2", "an integer or a list of two"};
-    case ParameterType::noise:
-      return {"noise", "a table or false"};
+    case ParameterType::boolean: return {"boolean", "true or false"};
+    case ParameterType::integer: return {"integer", "an integer"};
+    case ParameterType::number: return {"number", "a number"};
+    case ParameterType::text: return {"text", "a string"};
+    case ParameterType::choice: return {"choice", "a string"};
+    case ParameterType::vector2: return {"vector2", "a list of two numbers"};
+    case ParameterType::vector3: return {"vector3", "a list of three numbers"};
+    case ParameterType::numbers: return {"numbers", "a list of numbers"};
+    case ParameterType::texts: return {"texts", "a list of strings"};
+    case ParameterType::size2: return {"size2", "an integer or a list of two"};
+    case ParameterType::noise: return {"noise", "a table or false"};
   }
   throw std::logic_error("unknown ParameterType");
 }
@@ -74,10 +63,8 @@ class Reader {
         if (node.is_table()) return {};
         if (const auto* value = std::get_if<bool>(&node.data); value && !*value) return false;
         break;
-      case ParameterType::integer:
-        return integer(node, parameter_.name);
-      case ParameterType::number:
-        return number(node, parameter_.name);
+      case ParameterType::integer: return integer(node, parameter_.name);
+      case ParameterType::number: return number(node, parameter_.name);
       case ParameterType::text:
         if (const auto* value = std::get_if<std::string>(&node.data)) return *value;
         break;
@@ -396,35 +383,17 @@ const char* type_name(ParameterType type) { return words_of(type).name; }
 std::string Parameter::type_text() const {
   std::string result;
   switch (type) {
-    case ParameterType::boolean:
-      return "boolean";
-    case ParameterType::noise:
-      return "table or false";
-    case ParameterType::choice:
-      return quoted_choices(choices, ", ");
-    case ParameterType::text:
-      return "text";
-    case ParameterType::integer:
-      result = "integer";
-      break;
-    case ParameterType::number:
-      result = "number";
-      break;
-    case ParameterType::vector2:
-      result = "two numbers";
-      break;
-    case ParameterType::vector3:
-      result = "three numbers";
-      break;
-    case ParameterType::numbers:
-      result = "list of numbers";
-      break;
-    case ParameterType::texts:
-      result = "list of texts";
-      break;
-    case ParameterType::size2:
-      result = "integer or [width, height]";
-      break;
+    case ParameterType::boolean: return "boolean";
+    case ParameterType::noise: return "table or false";
+    case ParameterType::choice: return quoted_choices(choices, ", ");
+    case ParameterType::text: return "text";
+    case ParameterType::integer: result = "integer"; break;
+    case ParameterType::number: result = "number"; break;
+    case ParameterType::vector2: result = "two numbers"; break;
+    case ParameterType::vector3: result = "three numbers"; break;
+    case ParameterType::numbers: result = "list of numbers"; break;
+    case ParameterType::texts: result = "list of texts"; break;
+    case ParameterType::size2: result = "integer or [width, height]"; break;
   }
   if (!unit.empty()) result += ", " + unit;
   if (interval.text() != Interval::any().text()) result += ", " + interval.text();

@@ -28,9 +28,7 @@ std::string read_file(const fs::path& path) {
   const std::string label = in_quotes(path.generic_string());
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
-  if (status.type() == fs::file_type::not_found) {
-    throw input_error("there is no file {}", label);
-  }
+  if (status.type() == fs::file_type::not_found) throw input_error("there is no file {}", label);
   if (fs::is_directory(status)) throw input_error("{} is a directory", label);
   // A pipe or device could block or never end.
   if (status.type() != fs::file_type::none && !fs::is_regular_file(status)) {

@@ -211,8 +211,7 @@ ArmPattern ArmPattern::read(const ConfigNode& node, const ConfigNode* list) {
 
 double ArmPattern::winding(double r) const {
   switch (model_) {
-    case Model::none:
-      return 0;
+    case Model::none: return 0;
     case Model::ringermacher_mead: {
       const double e = r > 0 ? std::exp(-scale_ / r) : 0.0;
       return handedness_ * winding_n_ * (std::numbers::pi - 2 * std::atan(winding_b_ * e));
@@ -225,9 +224,7 @@ double ArmPattern::winding(double r) const {
 
 void ArmPattern::winding(const float* r, std::size_t size, float* theta) const {
   switch (model_) {
-    case Model::none:
-      std::fill(theta, theta + padded(size), 0.0f);
-      return;
+    case Model::none: std::fill(theta, theta + padded(size), 0.0f); return;
     case Model::ringermacher_mead:
       HWY_DYNAMIC_DISPATCH(RingermacherMead)
       (r, size, static_cast<float>(scale_), static_cast<float>(winding_b_),
@@ -244,9 +241,7 @@ void ArmPattern::winding(const float* r, std::size_t size, float* theta) const {
 
 void ArmPattern::shear(const float* r, std::size_t size, float* out) const {
   switch (model_) {
-    case Model::none:
-      std::fill(out, out + padded(size), 0.0f);
-      return;
+    case Model::none: std::fill(out, out + padded(size), 0.0f); return;
     case Model::ringermacher_mead:
       HWY_DYNAMIC_DISPATCH(RingermacherMeadShear)
       (r, size, static_cast<float>(scale_), static_cast<float>(winding_b_),
@@ -279,12 +274,9 @@ double ArmPattern::largest_shear() const {
   // Margin for the error of shear() in single precision.
   constexpr double margin = 1 + 5e-5;
   switch (model_) {
-    case Model::none:
-      return 0;
-    case Model::logarithmic:
-      return margin / std::tan(pitch_);
-    case Model::ringermacher_mead:
-      break;
+    case Model::none: return 0;
+    case Model::logarithmic: return margin / std::tan(pitch_);
+    case Model::ringermacher_mead: break;
   }
   // 2N t y/(1 + y^2), t = A/r, y = B e^-t, is largest where 1/t = tanh(t - ln B), or at r = 1.
   const double shift = std::log(winding_b_);

@@ -35,9 +35,7 @@ void check_sections(const ConfigNode& root) {
 
 const ConfigNode::Array& component_list(const ConfigNode& root, const std::string& label) {
   const ConfigNode* list = root.find("component");
-  if (list == nullptr) {
-    throw InputError({label, 0, 0}, "a galaxy needs at least one [[component]]");
-  }
+  if (list == nullptr) throw InputError({label, 0, 0}, "a galaxy needs at least one [[component]]");
   if (!list->is_array()) {
     throw InputError(list->key_where, "write [[component]], with double brackets");
   }
@@ -200,9 +198,7 @@ void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
     }
   }
   std::erase_if(components_, [](const auto& c) { return !c->active(); });
-  if (components_.empty()) {
-    throw InputError({label, 0, 0}, "no component of the galaxy is active");
-  }
+  if (components_.empty()) throw InputError({label, 0, 0}, "no component of the galaxy is active");
   followed_.assign(components_.size(), -1);
   calibration_ = GalaxyCalibration(components_.size());
   // Face-on optical depth from which dust counts as thick.

@@ -66,9 +66,7 @@ class ColumnReader {
         if (width == 0) return std::nullopt;
         reader.kind_ = Kind::text;
         break;
-      case TLOGICAL:
-        reader.kind_ = Kind::logical;
-        break;
+      case TLOGICAL: reader.kind_ = Kind::logical; break;
       case TBYTE:
       case TSBYTE:
       case TSHORT:
@@ -78,15 +76,10 @@ class ColumnReader {
       case TLONG:
       case TULONG:
       case TLONGLONG:
-      case TULONGLONG:
-        reader.kind_ = Kind::integer;
-        break;
+      case TULONGLONG: reader.kind_ = Kind::integer; break;
       case TFLOAT:
-      case TDOUBLE:
-        reader.kind_ = Kind::real;
-        break;
-      default:
-        return std::nullopt;
+      case TDOUBLE: reader.kind_ = Kind::real; break;
+      default: return std::nullopt;
     }
     // Floating-point numbers of a binary table mark "none" by NaN already. If CFITSIO looked for
     // it, it would also replace infinities and subnormal numbers.

@@ -405,9 +405,7 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
   const double mean_light =
       std::accumulate(light.begin(), light.end(), 0.0) / static_cast<double>(planes);
   for (std::size_t c = 0; c < planes; ++c) {
-    if (light[c] > 0 && mean_light > 0) {
-      tone.factor[c] = std::pow(mean_light / light[c], balance);
-    }
+    if (light[c] > 0 && mean_light > 0) tone.factor[c] = std::pow(mean_light / light[c], balance);
   }
   // Stars differ in redness or blueness, but are never green.
   if (planes == 3 && *std::ranges::min_element(light) > 0) {
@@ -416,9 +414,7 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
   if (factor) tone.factor = *factor;
   double variance = 0;
   for (std::size_t c = 0; c < planes; ++c) {
-    for (double& value : samples[c]) {
-      value = std::max(value - tone.black[c], 0.0) * tone.factor[c];
-    }
+    for (double& value : samples[c]) value = std::max(value - tone.black[c], 0.0) * tone.factor[c];
     if (light[c] > 0) {
       variance += std::pow(tone.factor[c] * sigma[c] / static_cast<double>(planes), 2);
     }

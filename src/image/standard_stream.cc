@@ -34,12 +34,8 @@ void copy_bytes(std::FILE* from, std::FILE* to, const std::string& what) {
       throw run_error("{}: cannot write: {}", what, std::strerror(errno));
     }
   }
-  if (std::ferror(from) != 0) {
-    throw run_error("{}: cannot read: {}", what, std::strerror(errno));
-  }
-  if (std::fflush(to) != 0) {
-    throw run_error("{}: cannot write: {}", what, std::strerror(errno));
-  }
+  if (std::ferror(from) != 0) throw run_error("{}: cannot read: {}", what, std::strerror(errno));
+  if (std::fflush(to) != 0) throw run_error("{}: cannot write: {}", what, std::strerror(errno));
 }
 
 }  // namespace gamer

@@ -393,9 +393,7 @@ prjprm checked_projection(const SkyView& view) {
   }
   const prjprm result = projection;
   prjfree(&projection);
-  if (!problem.empty()) {
-    throw input_error("projection {}: {}", view.projection, problem);
-  }
+  if (!problem.empty()) throw input_error("projection {}: {}", view.projection, problem);
   return result;
 }
 

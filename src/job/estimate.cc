@@ -232,8 +232,7 @@ std::string estimate_text(const JobEstimate& estimate, int ranks, int threads) {
     return fmt::format("{} {}{}", number, what, number == 1 ? "" : "s");
   };
   std::string text = fmt::format(
-      "about {:.3g} s with {} of {}: {:.2g} s to prepare, {:.3g} core "
-      "seconds of rendering",
+      "about {:.3g} s with {} of {}: {:.2g} s to prepare, {:.3g} core seconds of rendering",
       estimate.wall, count(ranks, "rank"), count(threads, "thread"), estimate.preparing,
       estimate.rendering);
   if (estimate.truth > 0) text += fmt::format(", {:.3g} of the truth's table", estimate.truth);

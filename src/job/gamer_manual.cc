@@ -15,20 +15,17 @@ namespace {
 
 constexpr const char* description =
     "gamer renders a scene of synthetic galaxies to a FITS image or a picture. A parameter file "
-    "says "
-    "how, and a scene list or a catalogue says what, one galaxy in a row. Under mpirun all ranks "
-    "share the rows of the image, which is the same for any number of ranks and threads.\n\n"
+    "says how, and a scene list or a catalogue says what, one galaxy in a row. Under mpirun all "
+    "ranks share the rows of the image, which is the same for any number of ranks and threads.\n\n"
     "An output is complete or not there at all. A job that has run for ten seconds keeps its "
     "finished rows in a journal beside the output, OUTPUT.journal; after an interruption "
-    "`--resume` "
-    "goes on with it.";
+    "`--resume` goes on with it.";
 
 const std::vector<std::pair<std::string, std::string>>& sections() {
   static const std::vector<std::pair<std::string, std::string>> all = {
       {"EXIT STATUS",
        "0 is done, 1 failed while running, and 2 wrong input. A program that was stopped by a "
-       "signal "
-       "ends by it: shells see 128 and its number."},
+       "signal ends by it: shells see 128 and its number."},
       {"ENVIRONMENT",
        "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/. "
        "`GAMER_CACHE` is the folder that keeps measurements of galaxies between jobs, or `off`; by "

@@ -80,18 +80,12 @@ std::vector<Card> make_cards(const RenderParameters& parameters, const Scene& sc
 
 std::string unit_text(PixelUnit unit) {
   switch (unit) {
-    case PixelUnit::relative:
-      return "";
-    case PixelUnit::nanojansky:
-      return "nJy";
-    case PixelUnit::megajansky_per_sr:
-      return "MJy/sr";
-    case PixelUnit::magnitude:
-      return "mag/arcsec2";
-    case PixelUnit::flux_density:
-      return "erg/(s.cm2.Angstrom.arcsec2)";
-    case PixelUnit::electron_per_second:
-      return "electron/s";
+    case PixelUnit::relative: return "";
+    case PixelUnit::nanojansky: return "nJy";
+    case PixelUnit::megajansky_per_sr: return "MJy/sr";
+    case PixelUnit::magnitude: return "mag/arcsec2";
+    case PixelUnit::flux_density: return "erg/(s.cm2.Angstrom.arcsec2)";
+    case PixelUnit::electron_per_second: return "electron/s";
   }
   throw std::logic_error("unknown PixelUnit");
 }
@@ -250,9 +244,7 @@ RenderJob recorded(RenderJob job, const std::string& label, Resources& resources
 
 Resources open_resources(const JobRequest& request,
                          const std::vector<std::filesystem::path>& folders) {
-  if (!request.from_header.empty()) {
-    return Resources::from_record(read_record(request.from_header));
-  }
+  if (!request.from_header.empty()) return Resources::from_record(read_record(request.from_header));
   Resources resources(folders);
   if (request.look) add_look(*request.look, request.settings, resources);
   return resources;

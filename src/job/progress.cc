@@ -42,9 +42,7 @@ std::string clock_text(double seconds) {
   const auto whole = static_cast<long long>(std::ceil(seconds));
   const long long hours = whole / seconds_per_hour;
   const long long minutes = whole % seconds_per_hour / seconds_per_minute;
-  if (hours > 0) {
-    return fmt::format("{}:{:02}:{:02}", hours, minutes, whole % seconds_per_minute);
-  }
+  if (hours > 0) return fmt::format("{}:{:02}:{:02}", hours, minutes, whole % seconds_per_minute);
   return fmt::format("{}:{:02}", minutes, whole % seconds_per_minute);
 }
 

@@ -131,9 +131,7 @@ Catalogue read_catalogue(const JobRequest& request, const RenderParameters& para
                          Resources& resources) {
   const std::filesystem::path& path = source_of(request, request.scene);
   const bool is_request = request.from_header.empty();
-  if (is_request && path == standard_stream) {
-    return read_from_standard_input(parameters, resources);
-  }
+  if (is_request && path == standard_stream) return read_from_standard_input(parameters, resources);
   if (is_request && resources.recorded(recorded_scene) == nullptr && is_table(parameters, path)) {
     Catalogue catalogue = Catalogue::from_table(read_data_table(path, parameters.catalogue.hdu),
                                                 path.generic_string());

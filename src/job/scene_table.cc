@@ -139,9 +139,7 @@ void record_other_columns(Scene& scene, bool always, const std::string& label,
   if (always || earlier != nullptr || !says_nothing(columns)) {
     resources.add({recorded_columns, label, ecsv_text(columns)});
   }
-  if (scene.flagged > 0) {
-    resources.add({recorded_flagged, label, fmt::format("{}", scene.flagged)});
-  }
+  if (scene.flagged > 0) resources.add({recorded_flagged, label, fmt::format("{}", scene.flagged)});
   // The record holds the rows of the list and no others.
   std::iota(scene.kept.begin(), scene.kept.end(), std::size_t{0});
 }

@@ -170,9 +170,7 @@ double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> 
 std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor) {
   const int workers = executor.workers();
   const int most_rows = most_block_rows(renderer.width(), renderer.planes());
-  if (workers == 1) {
-    return even_blocks(renderer.height(), std::min(most_rows, Renderer::tile_rows));
-  }
+  if (workers == 1) return even_blocks(renderer.height(), std::min(most_rows, Renderer::tile_rows));
   return cost_blocks(estimate_row_costs(renderer, executor), workers, most_rows);
 }
 

@@ -27,12 +27,9 @@ std::pair<const char*, const char*> angle_names(const RenderParameters& paramete
   if (parameters.camera.projection == Projection::sky) return {"ra", "dec"};
   if (!is_sphere(parameters.camera.projection)) return {"", ""};
   switch (parameters.camera.frame) {
-    case SphereFrame::galactic:
-      return {"l", "b"};
-    case SphereFrame::equatorial:
-      return {"ra", "dec"};
-    case SphereFrame::ecliptic:
-      break;
+    case SphereFrame::galactic: return {"l", "b"};
+    case SphereFrame::equatorial: return {"ra", "dec"};
+    case SphereFrame::ecliptic: break;
   }
   return {"lambda", "beta"};
 }

@@ -97,12 +97,9 @@ double FractalParameters::frequency(int k) const {
 
 double FractalParameters::weight(int k) const {
   switch (combination.kind) {
-    case Combination::Kind::multiplicative:
-      return amplitude;
-    case Combination::Kind::ridged:
-      return std::pow(frequency(k) / frequency(1), -spectral_index);
-    default:
-      return std::pow(frequency(k), -spectral_index);
+    case Combination::Kind::multiplicative: return amplitude;
+    case Combination::Kind::ridged: return std::pow(frequency(k) / frequency(1), -spectral_index);
+    default: return std::pow(frequency(k), -spectral_index);
   }
 }
 

@@ -65,9 +65,7 @@ void TeamExecutor::meet(const std::exception_ptr& failure, std::uint64_t agreed)
   numbers[2 * own] = failure ? 1 : 0;
   numbers[2 * own + 1] = agreed;
   add_up(std::as_writable_bytes(std::span(numbers)));
-  for (std::size_t rank = 0; rank < size; ++rank) {
-    is_over_ = is_over_ || numbers[2 * rank] != 0;
-  }
+  for (std::size_t rank = 0; rank < size; ++rank) is_over_ = is_over_ || numbers[2 * rank] != 0;
   if (failure) std::rethrow_exception(failure);
   for (std::size_t rank = 0; rank < size; ++rank) {
     if (numbers[2 * rank] != 0) throw run_error("the render failed on rank {}", rank);

@@ -60,9 +60,7 @@ SkyGradient sky_gradient(const CelestialWcs& wcs, double x, double y) {
   constexpr double step_size = 0.5;
   const auto direction = [&](double dx, double dy) {
     const auto sky = wcs.sky(PixelPosition{x + 1 + dx, y + 1 + dy});
-    if (!sky) {
-      throw input_error("pixel ({:.6g}, {:.6g}) shows no sky", x + 1 + dx, y + 1 + dy);
-    }
+    if (!sky) throw input_error("pixel ({:.6g}, {:.6g}) shows no sky", x + 1 + dx, y + 1 + dy);
     const double ra = sky->ra * degree, dec = sky->dec * degree;
     return Vector3{std::cos(dec) * std::cos(ra), std::cos(dec) * std::sin(ra), std::sin(dec)};
   };

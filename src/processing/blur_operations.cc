@@ -126,9 +126,7 @@ int run_psf(const OperationCall& call) {
     PlaneTask task{
         nullptr,     {}, header, call.output, static_cast<int>(i), static_cast<int>(count),
         call.threads};
-    if (parameters.has("wavelength")) {
-      task.info.wavelength = plane_value(call, "wavelength", task);
-    }
+    if (parameters.has("wavelength")) task.info.wavelength = plane_value(call, "wavelength", task);
     psfs.push_back(options.psf(task));
     size = std::max(size, stamp.size == 0 ? stamp_size(psfs.back(), stamp.energy) : stamp.size);
     if (task.info.wavelength) wavelengths.push_back(*task.info.wavelength);

@@ -66,9 +66,7 @@ PlanePtr observed(PlanePtr source, const Detector& detector, std::uint64_t key) 
       expect(detector, piece);
       poisson_variates(row_key(key, photons, y), static_cast<std::uint64_t>(x), piece, piece);
       if (read_noise > 0) add_normal(row_key(key, read_noise_name, y), x, read_noise, piece);
-      for (double& v : piece) {
-        v = (v > most ? most : v) * detector.per_electron + detector.offset;
-      }
+      for (double& v : piece) v = (v > most ? most : v) * detector.per_electron + detector.offset;
     });
   });
 }

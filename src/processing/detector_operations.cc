@@ -248,9 +248,7 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
     noise.gain = number_or("gain", &Instrument::gain);
     bias = number("bias");
   }
-  if (output_unit_ != "same") {
-    noise.unit_factor = electrons / (area_of(task) * noise.gain);
-  }
+  if (output_unit_ != "same") noise.unit_factor = electrons / (area_of(task) * noise.gain);
   detector.per_electron = 1 / noise.gain;
   const double background = call_.parameters.boolean("keep_sky") ? 0 : background_counts;
   detector.offset = bias - background * detector.per_electron;

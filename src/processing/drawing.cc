@@ -124,9 +124,7 @@ void Drawing::write(const std::filesystem::path& path, bool overwrite) {
       return written == length ? CAIRO_STATUS_SUCCESS : CAIRO_STATUS_WRITE_ERROR;
     };
     const cairo_status_t status = cairo_surface_write_to_png_stream(surface_.get(), append, file);
-    if (status != CAIRO_STATUS_SUCCESS) {
-      throw write_failure(path, cairo_status_to_string(status));
-    }
+    if (status != CAIRO_STATUS_SUCCESS) throw write_failure(path, cairo_status_to_string(status));
   });
 }
 

@@ -32,9 +32,7 @@ std::optional<PlanePoint> given_centre(const OperationCall& call, const PlaneTas
   } else if (parameters.has("position")) {
     const double ra = parameters.numbers("position")[0], dec = parameters.numbers("position")[1];
     const auto pixel = wcs->pixel({ra, dec});
-    if (!pixel) {
-      throw wrong(call, "--position {:g},{:g} has no pixel in {}", ra, dec, task.label);
-    }
+    if (!pixel) throw wrong(call, "--position {:g},{:g} has no pixel in {}", ra, dec, task.label);
     place = {pixel->x - 1, pixel->y - 1};
   } else {
     return std::nullopt;
@@ -177,9 +175,7 @@ DataTable printed_columns(const OperationCall& call, const DataTable& table,
   DataTable printed;
   printed.name = table.name;
   for (const DataColumn& column : table.columns) {
-    if (std::ranges::find(names, column.name) != names.end()) {
-      printed.columns.push_back(column);
-    }
+    if (std::ranges::find(names, column.name) != names.end()) printed.columns.push_back(column);
   }
   return printed;
 }

@@ -302,27 +302,19 @@ PlanePtr window(PlanePtr source, const Area& box, double fill) {
 
 PlanePtr quarter_turns(PlanePtr source, int count) {
   switch (turns_in_circle(count)) {
-    case 0:
-      return source;
-    case 1:
-      return std::make_shared<TurnedPlane>(std::move(source), false);
-    case 2:
-      return flip(std::move(source), FlipAxis::both);
-    default:
-      return std::make_shared<TurnedPlane>(std::move(source), true);
+    case 0: return source;
+    case 1: return std::make_shared<TurnedPlane>(std::move(source), false);
+    case 2: return flip(std::move(source), FlipAxis::both);
+    default: return std::make_shared<TurnedPlane>(std::move(source), true);
   }
 }
 
 PixelMap quarter_turns_map(int width, int height, int count) {
   switch (turns_in_circle(count)) {
-    case 0:
-      return {};
-    case 1:
-      return {0, -1, 1, 0, height + 1.0, 0};
-    case 2:
-      return flip_map(width, height, FlipAxis::both);
-    default:
-      return {0, 1, -1, 0, 0, width + 1.0};
+    case 0: return {};
+    case 1: return {0, -1, 1, 0, height + 1.0, 0};
+    case 2: return flip_map(width, height, FlipAxis::both);
+    default: return {0, 1, -1, 0, 0, width + 1.0};
   }
 }
 

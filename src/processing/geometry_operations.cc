@@ -77,9 +77,7 @@ Parameter fill_parameter(const char* description) {
 std::vector<int> whole_numbers(const OperationCall& call, const char* name) {
   std::vector<int> result;
   for (const double value : call.parameters.numbers(name)) {
-    if (value != std::round(value)) {
-      throw wrong(call, "--{}: {} is no whole number", name, value);
-    }
+    if (value != std::round(value)) throw wrong(call, "--{}: {} is no whole number", name, value);
     result.push_back(static_cast<int>(value));
   }
   return result;

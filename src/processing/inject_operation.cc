@@ -145,9 +145,7 @@ std::size_t InjectOperation::science_hdu() const {
   if (chosen.size() > 1) {
     fail("--hdu {} names {} HDUs of {}; one is needed", text, chosen.size(), science_.name());
   }
-  if (!hdu.is_image()) {
-    fail("HDU {} of {} is no image", hdu.number, science_.name());
-  }
+  if (!hdu.is_image()) fail("HDU {} of {} is no image", hdu.number, science_.name());
   return chosen.front();
 }
 

@@ -31,13 +31,10 @@ constexpr int most_degree = 3;
 /// Degree of the polynomials that a kernel's weights reproduce; 0: plain weights.
 int reproduced_degree(Kernel kernel) {
   switch (kernel) {
-    case Kernel::bicubic:
-      return 2;
+    case Kernel::bicubic: return 2;
     case Kernel::lanczos3:
-    case Kernel::lanczos5:
-      return most_degree;
-    default:
-      return 0;
+    case Kernel::lanczos5: return most_degree;
+    default: return 0;
   }
 }
 
@@ -62,16 +59,11 @@ void solve(System& a, std::array<double, most_degree + 1>& b, int n) {
 double kernel_radius(Kernel kernel) {
   switch (kernel) {
     case Kernel::nearest:
-    case Kernel::area:
-      return 0.5;
-    case Kernel::bilinear:
-      return 1;
-    case Kernel::bicubic:
-      return 2;
-    case Kernel::lanczos3:
-      return lanczos3_width;
-    case Kernel::lanczos5:
-      return lanczos5_width;
+    case Kernel::area: return 0.5;
+    case Kernel::bilinear: return 1;
+    case Kernel::bicubic: return 2;
+    case Kernel::lanczos3: return lanczos3_width;
+    case Kernel::lanczos5: return lanczos5_width;
   }
   throw std::invalid_argument("no such kernel");
 }
@@ -79,16 +71,11 @@ double kernel_radius(Kernel kernel) {
 double kernel_value(Kernel kernel, double x) {
   switch (kernel) {
     case Kernel::nearest:
-    case Kernel::area:
-      return std::abs(x) < kernel_radius(kernel) ? 1 : 0;
-    case Kernel::bilinear:
-      return std::max(0.0, 1 - std::abs(x));
-    case Kernel::bicubic:
-      return cubic_convolution(x);
-    case Kernel::lanczos3:
-      return lanczos(x, lanczos3_width);
-    case Kernel::lanczos5:
-      return lanczos(x, lanczos5_width);
+    case Kernel::area: return std::abs(x) < kernel_radius(kernel) ? 1 : 0;
+    case Kernel::bilinear: return std::max(0.0, 1 - std::abs(x));
+    case Kernel::bicubic: return cubic_convolution(x);
+    case Kernel::lanczos3: return lanczos(x, lanczos3_width);
+    case Kernel::lanczos5: return lanczos(x, lanczos5_width);
   }
   throw std::invalid_argument("no such kernel");
 }

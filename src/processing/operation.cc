@@ -70,8 +70,7 @@ ConfigNode value_node(const Parameter& parameter, const std::vector<std::string>
   };
   switch (parameter.type) {
     case ParameterType::text:
-    case ParameterType::choice:
-      return node(text);
+    case ParameterType::choice: return node(text);
     case ParameterType::texts: {
       ConfigNode::Array elements;
       for (const std::string& element : given) elements.push_back(node(element));
@@ -79,12 +78,10 @@ ConfigNode value_node(const Parameter& parameter, const std::vector<std::string>
     }
     case ParameterType::vector2:
     case ParameterType::vector3:
-    case ParameterType::numbers:
-      return list(number_node);
+    case ParameterType::numbers: return list(number_node);
     case ParameterType::size2:
       return text.find(',') == std::string::npos ? number_node(text) : list(number_node);
-    default:
-      return number_node(text);
+    default: return number_node(text);
   }
 }
 
@@ -175,9 +172,7 @@ void take_files(const Operation& operation, std::vector<std::string> files, Oper
   const std::string usage =
       fmt::format("gutil {} [options] {}", operation.name, files_text(operation));
   if (operation.result != Operation::Result::text) {
-    if (files.empty()) {
-      throw input_error("{}needs an output: {}", context_of(operation), usage);
-    }
+    if (files.empty()) throw input_error("{}needs an output: {}", context_of(operation), usage);
     call.output = files.back();
     files.pop_back();
   }

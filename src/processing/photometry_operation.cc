@@ -39,9 +39,7 @@ std::vector<Target> places_of(const OperationCall& call) {
   for (const char* name : {"center", "position", "positions"}) {
     if (parameters.has(name)) given.push_back(option_name(name));
   }
-  if (given.size() > 1) {
-    throw wrong(call, "{} and {} both say where; give one", given[0], given[1]);
-  }
+  if (given.size() > 1) throw wrong(call, "{} and {} both say where; give one", given[0], given[1]);
   std::vector<Target> places;
   const auto add = [&](bool is_sky, double x, double y, bool is_of_table) {
     places.push_back({is_sky ? Target::Kind::sky : Target::Kind::pixel, x, y,

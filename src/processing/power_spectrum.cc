@@ -242,9 +242,7 @@ PowerSpectrum power_spectrum(const Plane& plane, const SpectrumOptions& options,
   result.width = plane.width();
   result.height = plane.height();
   const ValueMoments values = moments_of_values(field, [](double value) { return value; });
-  if (values.count == 0) {
-    throw input_error("{}: no pixel has a value that can be used", label);
-  }
+  if (values.count == 0) throw input_error("{}: no pixel has a value that can be used", label);
   const ValueMoments logarithms =
       options.logarithm ? values : moments_of_values(field, [](double value) {
         return value > 0 ? std::log(value) : no_value;

@@ -265,14 +265,10 @@ class KolmogorovProfile final : public Psf::Profile {
 
 std::shared_ptr<const Psf::Profile> make_profile(const PsfModel& model) {
   switch (model.kind) {
-    case PsfKind::gaussian:
-      return std::make_shared<GaussianProfile>();
-    case PsfKind::moffat:
-      return std::make_shared<MoffatProfile>(model.beta);
-    case PsfKind::airy:
-      return std::make_shared<AiryProfile>(model.obscuration);
-    case PsfKind::kolmogorov:
-      return std::make_shared<KolmogorovProfile>();
+    case PsfKind::gaussian: return std::make_shared<GaussianProfile>();
+    case PsfKind::moffat: return std::make_shared<MoffatProfile>(model.beta);
+    case PsfKind::airy: return std::make_shared<AiryProfile>(model.obscuration);
+    case PsfKind::kolmogorov: return std::make_shared<KolmogorovProfile>();
   }
   throw std::invalid_argument("unknown PSF");
 }

@@ -27,9 +27,7 @@ class SumKernel {
         is_spline_ = true;
         radius_ = spline_radius;
         break;
-      default:
-        scale_ = std::max(1.0, step);
-        radius_ = kernel_radius(kernel) * scale_;
+      default: scale_ = std::max(1.0, step); radius_ = kernel_radius(kernel) * scale_;
     }
   }
 
@@ -81,9 +79,7 @@ class AxisWeights {
         append(sum_kernel, low, high);
       }
       if (is_brightness) {
-        for (std::size_t k = starts_.back(); k < weights_.size(); ++k) {
-          weights_[k] /= sums_.back();
-        }
+        for (std::size_t k = starts_.back(); k < weights_.size(); ++k) weights_[k] /= sums_.back();
         sums_.back() = 1;
       }
       starts_.push_back(weights_.size());

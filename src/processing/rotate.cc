@@ -155,14 +155,10 @@ class RotatedPlane final : public Plane {
         from.width);
     constexpr int bilinear = 2, bicubic = 4, lanczos3_width = 6;
     switch (table_.taps()) {
-      case 1:
-        return take_nearest(block, out, stride, values, from);
-      case bilinear:
-        return interpolate<bilinear>(block, out, stride, values, from);
-      case bicubic:
-        return interpolate<bicubic>(block, out, stride, values, from);
-      case lanczos3_width:
-        return interpolate<lanczos3_width>(block, out, stride, values, from);
+      case 1: return take_nearest(block, out, stride, values, from);
+      case bilinear: return interpolate<bilinear>(block, out, stride, values, from);
+      case bicubic: return interpolate<bicubic>(block, out, stride, values, from);
+      case lanczos3_width: return interpolate<lanczos3_width>(block, out, stride, values, from);
       default:
         constexpr int lanczos5_width = 10;
         return interpolate<lanczos5_width>(block, out, stride, values, from);
@@ -178,9 +174,7 @@ class RotatedPlane final : public Plane {
       for (int x = 0; x < block.width; x += square) {
         const int y2 = std::min(y + square, block.height), x2 = std::min(x + square, block.width);
         for (int j = y; j < y2; ++j) {
-          for (int i = x; i < x2; ++i) {
-            use(j, i, source_place(block.x + i, block.y + j));
-          }
+          for (int i = x; i < x2; ++i) use(j, i, source_place(block.x + i, block.y + j));
         }
       }
     }

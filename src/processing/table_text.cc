@@ -108,9 +108,7 @@ std::string json_value(const DataColumn& column, std::size_t row) {
     const double number = (*numbers)[row];
     return std::isfinite(number) ? fmt::format("{}", number) : "null";
   }
-  if (is_text(column)) {
-    return json_string(std::get<std::vector<std::string>>(column.values)[row]);
-  }
+  if (is_text(column)) return json_string(std::get<std::vector<std::string>>(column.values)[row]);
   return cell(column, row);
 }
 

@@ -165,8 +165,7 @@ PlanePtr stretched(PlanePtr plane, const Stretch& stretch) {
       kernel.parameter = 1 / a;
       kernel.factor = 1 / std::asinh(1 / a);
       return curved(std::move(plane), kernel);
-    case Stretch::Function::linear:
-      break;
+    case Stretch::Function::linear: break;
   }
   return stretched_by(std::move(plane), stretch, [](double x) { return x; });
 }
@@ -174,12 +173,9 @@ PlanePtr stretched(PlanePtr plane, const Stretch& stretch) {
 double default_softening(Stretch::Function function) {
   constexpr double logarithm_scale = 1000, asinh_scale = 0.1;
   switch (function) {
-    case Stretch::Function::logarithm:
-      return logarithm_scale;
-    case Stretch::Function::asinh:
-      return asinh_scale;
-    default:
-      return 1;
+    case Stretch::Function::logarithm: return logarithm_scale;
+    case Stretch::Function::asinh: return asinh_scale;
+    default: return 1;
   }
 }
 

@@ -93,12 +93,9 @@ void ApplyCurve(const ToneKernel& kernel, double* values, std::size_t count) {
 
 void ApplyTone(const ToneKernel& kernel, double* values, std::size_t count) {
   switch (kernel.curve) {
-    case ToneCurve::power:
-      return ApplyCurve<ToneCurve::power>(kernel, values, count);
-    case ToneCurve::logarithm:
-      return ApplyCurve<ToneCurve::logarithm>(kernel, values, count);
-    case ToneCurve::asinh:
-      return ApplyCurve<ToneCurve::asinh>(kernel, values, count);
+    case ToneCurve::power: return ApplyCurve<ToneCurve::power>(kernel, values, count);
+    case ToneCurve::logarithm: return ApplyCurve<ToneCurve::logarithm>(kernel, values, count);
+    case ToneCurve::asinh: return ApplyCurve<ToneCurve::asinh>(kernel, values, count);
   }
 }
 

@@ -67,9 +67,7 @@ SpectralBasis::SpectralBasis(Spectrum spectrum, const std::vector<Probe>& probes
                              std::optional<int> band_samples, double allowed)
     : spectrum_(std::move(spectrum)) {
   std::vector<Sed::Range> ranges;
-  for (const SpectralPlane& plane : spectrum_.planes) {
-    ranges.push_back(plane.range());
-  }
+  for (const SpectralPlane& plane : spectrum_.planes) ranges.push_back(plane.range());
   const auto widest = [](const std::vector<Sed::Range>& intervals) {
     double width = 0;
     for (const Sed::Range& range : intervals) width = std::max(width, range.high / range.low);

@@ -112,9 +112,7 @@ CameraPath::CameraPath(const RenderParameters& parameters)
       throw input_error(animation.where(name), "{} has {} numbers; each key frame has three", name,
                         numbers);
     }
-    if (numbers == 0) {
-      throw input_error(animation.where(name), "{} is empty", name);
-    }
+    if (numbers == 0) throw input_error(animation.where(name), "{} is empty", name);
     if (first != nullptr && numbers / size != keys) {
       throw input_error(animation.where(name), "{} has {} key frames, but {} has {}", name,
                         numbers / size, first, keys);
@@ -140,9 +138,7 @@ CameraPath::CameraPath(const RenderParameters& parameters)
       times_.push_back(static_cast<double>(i));
     }
   }
-  if (animation.has("position")) {
-    position_.emplace(times_, vectors(animation.numbers("position")));
-  }
+  if (animation.has("position")) position_.emplace(times_, vectors(animation.numbers("position")));
   if (animation.has("target")) target_.emplace(times_, vectors(animation.numbers("target")));
   const auto logarithms = [&](const char* name) {
     std::vector<double> result = animation.numbers(name);

@@ -69,9 +69,7 @@ int header_size(const std::string& header, const std::string& key, const std::st
   const std::optional<std::string> value = header_value(header, key);
   if (!value) throw input_error({label, 0, 0}, "its header has no {}", key);
   const int size = number_of<int>(*value).value_or(0);
-  if (size < 1) {
-    throw input_error({label, 0, 0}, "{} = {} is no image's size", key, *value);
-  }
+  if (size < 1) throw input_error({label, 0, 0}, "{} = {} is no image's size", key, *value);
   return size;
 }
 

@@ -13,18 +13,12 @@ namespace {
 TextCatalogue read(std::string_view text, const std::string& label, CatalogueFormat format,
                    const std::string& table) {
   switch (format) {
-    case CatalogueFormat::csv:
-      return read_csv(text, label);
-    case CatalogueFormat::votable:
-      return read_votable(text, label, table);
-    case CatalogueFormat::ecsv:
-      return read_ecsv(text, label);
-    case CatalogueFormat::sextractor:
-      return read_sextractor(text, label);
-    case CatalogueFormat::skymaker:
-      return read_skymaker(text, label);
-    default:
-      return read_list(text, label);
+    case CatalogueFormat::csv: return read_csv(text, label);
+    case CatalogueFormat::votable: return read_votable(text, label, table);
+    case CatalogueFormat::ecsv: return read_ecsv(text, label);
+    case CatalogueFormat::sextractor: return read_sextractor(text, label);
+    case CatalogueFormat::skymaker: return read_skymaker(text, label);
+    default: return read_list(text, label);
   }
 }
 
@@ -98,9 +92,7 @@ bool Catalogue::has_galaxies() const {
 }
 
 SourceLocation Catalogue::where(std::size_t row, std::size_t column) const {
-  if (format_ == CatalogueFormat::fits) {
-    return {fmt::format("{}, row {}", label_, row + 1), 0, 0};
-  }
+  if (format_ == CatalogueFormat::fits) return {fmt::format("{}, row {}", label_, row + 1), 0, 0};
   if (format_ == CatalogueFormat::votable) return {label_, places_.lines[row], 0};
   const std::size_t begin = places_.begins[row];
   const std::size_t end = std::min(places_.text.find('\n', begin), places_.text.size());

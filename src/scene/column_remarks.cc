@@ -104,8 +104,7 @@ std::vector<std::string> column_remarks(const Catalogue& catalogue,
   }
   if (!is_there(redshift) && !is_there(distance)) {
     remarks.push_back(
-        fmt::format("{} has neither redshifts nor distances; galaxies are taken at "
-                    "redshift 0{}",
+        fmt::format("{} has neither redshifts nor distances; galaxies are taken at redshift 0{}",
                     catalogue.label(), others));
   }
   return remarks;

@@ -60,16 +60,11 @@ std::vector<Column> rivals_of(Column column) {
   using namespace column;
   switch (column) {
     case px:
-    case py:
-      return {ra, dec, dx, dy};
-    case half_light_radius:
-      return {size_kpc, size_arcsec};
-    case axis_ratio:
-      return {inclination};
-    case apparent_magnitude:
-      return {magnitude};
-    default:
-      return {};
+    case py: return {ra, dec, dx, dy};
+    case half_light_radius: return {size_kpc, size_arcsec};
+    case axis_ratio: return {inclination};
+    case apparent_magnitude: return {magnitude};
+    default: return {};
   }
 }
 

@@ -78,9 +78,7 @@ struct HeadContents {
 std::string text_of(const YAML::Node& map, const char* key, const Head& head) {
   const YAML::Node node = map[key];
   if (!node.IsDefined() || node.IsNull()) return {};
-  if (!node.IsScalar()) {
-    throw input_error(head.where(node.Mark()), "'{}' must be a text", key);
-  }
+  if (!node.IsScalar()) throw input_error(head.where(node.Mark()), "'{}' must be a text", key);
   return node.Scalar();
 }
 

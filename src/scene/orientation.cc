@@ -13,9 +13,7 @@ namespace {
 /// R = 1 + [v] + [v]^2 / (1 + o.z), v = z x o, [v] its cross product matrix.
 glm::dmat3 turn_from_z(const glm::dvec3& o) {
   const double sine2 = o.x * o.x + o.y * o.y;
-  if (sine2 == 0) {
-    return o.z > 0 ? glm::dmat3(1) : glm::dmat3({1, 0, 0}, {0, -1, 0}, {0, 0, -1});
-  }
+  if (sine2 == 0) return o.z > 0 ? glm::dmat3(1) : glm::dmat3({1, 0, 0}, {0, -1, 0}, {0, 0, -1});
   // 1 / (1 + o.z), without cancellation near o = -z.
   const double f = o.z > 0 ? 1 / (1 + o.z) : (1 - o.z) / sine2;
   return {{1 - f * o.x * o.x, -f * o.x * o.y, -o.x},

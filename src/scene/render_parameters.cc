@@ -112,9 +112,7 @@ void check_star_discs(const RenderParameters& parameters) {
     throw input_error(parameters.section("stars").where("discs"),
                       "discs = true: {}; give stars.white_point", reason);
   };
-  if (parameters.image.unit == PixelUnit::magnitude) {
-    fail("a picture of magnitudes has no white");
-  }
+  if (parameters.image.unit == PixelUnit::magnitude) fail("a picture of magnitudes has no white");
   if (is_picture(parameters)) return;
   if (parameters.image.output.layout == ImageLayout::stamps) fail("stamps have no common white");
   if (parameters.image.region) fail("a region does not know the white of the whole image");

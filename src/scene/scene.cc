@@ -180,9 +180,7 @@ double SceneReader::read_angular_radius(const Position& position) {
   for (const Column size : sizes) {
     if (!row_.is_given(size)) continue;
     const auto& names = scene_columns();
-    if (given) {
-      row_.fail(size, "both {} and {}; give one", names[*given].name, names[size].name);
-    }
+    if (given) row_.fail(size, "both {} and {}; give one", names[*given].name, names[size].name);
     given = size;
   }
   if (!given) {

@@ -83,8 +83,7 @@ ParameterTable shape_columns() {
           "n of a galaxy `sersic`; of the bulge of `bulge+disk` (there 4 by default)"),
       Parameter::number(
           "bulge_fraction", "", Interval::closed(0, 1), std::nullopt,
-          "share of the bulge in the light of a galaxy `bulge+disk`, at 5500 Angstrom "
-          "at rest"),
+          "share of the bulge in the light of a galaxy `bulge+disk`, at 5500 Angstrom at rest"),
       Parameter::number("bulge_radius_ratio", "", Interval::closed(0.01, 10), std::nullopt,
                         "half-light radius of the bulge of `bulge+disk` over that of its disk; by "
                         "default 0.12"),

@@ -44,14 +44,10 @@ double value_of_nanojansky(const SpectralPlane& plane, PixelUnit unit,
   constexpr double nanojansky_in_mega = 1e-15;
   const double squared = plane.wavelength * plane.wavelength;
   switch (unit) {
-    case PixelUnit::relative:
-      return 1 / squared;
-    case PixelUnit::nanojansky:
-      return 1;
-    case PixelUnit::megajansky_per_sr:
-      return nanojansky_in_mega;
-    case PixelUnit::magnitude:
-      return square_arcsecond;
+    case PixelUnit::relative: return 1 / squared;
+    case PixelUnit::nanojansky: return 1;
+    case PixelUnit::megajansky_per_sr: return nanojansky_in_mega;
+    case PixelUnit::magnitude: return square_arcsecond;
     case PixelUnit::flux_density:
       return nanojansky_in_cgs * speed_of_light / squared * square_arcsecond;
     case PixelUnit::electron_per_second:

@@ -26,9 +26,7 @@ void check_planes(const ParameterSet& spectrum) {
   }
   std::ranges::sort(sorted);
   const auto repeated = std::adjacent_find(sorted.begin(), sorted.end());
-  if (repeated != sorted.end()) {
-    throw input_error(where, "wavelengths has {} A twice", *repeated);
-  }
+  if (repeated != sorted.end()) throw input_error(where, "wavelengths has {} A twice", *repeated);
 }
 
 }  // namespace

@@ -430,12 +430,9 @@ std::unique_ptr<SphereProjection> make_sphere_projection(const RenderParameters&
       return make_fisheye(parameters.width, parameters.height, glm::radians(parameters.camera.fov));
     case Projection::equirectangular:
       return make_equirectangular(parameters.width, parameters.height);
-    case Projection::cubemap:
-      return make_cubemap(parameters.width);
-    case Projection::healpix:
-      return make_healpix(parameters.width);
-    default:
-      return nullptr;
+    case Projection::cubemap: return make_cubemap(parameters.width);
+    case Projection::healpix: return make_healpix(parameters.width);
+    default: return nullptr;
   }
 }
 
@@ -475,8 +472,7 @@ void set_sphere_axes(const RenderParameters& parameters, ImageHeader& header) {
     case Projection::healpix:
       header.healpix = HealpixHeader{width, parameters.camera.is_nested, name.letter};
       return;
-    default:
-      return;
+    default: return;
   }
 }
 

@@ -31,16 +31,11 @@ Plausible plausible(Column column) {
   constexpr double magnitude_end = 90, usual_redshift = 30, degrees = 90;
   switch (column) {
     case magnitude:
-    case apparent_magnitude:
-      return {Interval::open(-magnitude_end, magnitude_end)};
-    case ra:
-      return {Interval::closed(0, whole_turn), degrees};
-    case pa:
-      return {Interval::closed(-whole_turn, whole_turn)};
-    case redshift:
-      return {Interval::closed(0, usual_redshift)};
-    default:
-      return {scene_columns()[column].interval};
+    case apparent_magnitude: return {Interval::open(-magnitude_end, magnitude_end)};
+    case ra: return {Interval::closed(0, whole_turn), degrees};
+    case pa: return {Interval::closed(-whole_turn, whole_turn)};
+    case redshift: return {Interval::closed(0, usual_redshift)};
+    default: return {scene_columns()[column].interval};
   }
 }
 

@@ -65,11 +65,8 @@ Field::Kind kind_of(const std::string& datatype, const std::string& array_size) 
 bool append(Field& field, std::string_view text) {
   const bool is_null = text.empty() || (!field.null.empty() && text == field.null);
   switch (field.kind) {
-    case Field::Kind::left_out:
-      return true;
-    case Field::Kind::text:
-      field.texts.emplace_back(is_null ? "-" : text);
-      return true;
+    case Field::Kind::left_out: return true;
+    case Field::Kind::text: field.texts.emplace_back(is_null ? "-" : text); return true;
     case Field::Kind::real: {
       const auto value = is_null ? no_value : number_of<double>(without_plus(text));
       field.reals.push_back(value.value_or(no_value));

@@ -106,9 +106,7 @@ std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std:
   }
   if (table.kind == energy) {
     const double largest = *std::ranges::max_element(table.values);
-    for (std::size_t i = 0; i < table.values.size(); ++i) {
-      table.values[i] /= table.wavelengths[i];
-    }
+    for (std::size_t i = 0; i < table.values.size(); ++i) table.values[i] /= table.wavelengths[i];
     const double scale = largest / *std::ranges::max_element(table.values);
     for (double& value : table.values) value *= scale;
   }

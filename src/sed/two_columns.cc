@@ -177,9 +177,7 @@ void add_row(const Row& row, const std::string& label, const Unit& unit, const s
     throw input_error(wavelength_where, "wavelengths are not ascending: {} after {}",
                       wavelength / unit.angstrom, result.wavelengths.back() / unit.angstrom);
   }
-  if (value < 0) {
-    throw input_error(value_where, "negative {}: {}", key, row.value.text);
-  }
+  if (value < 0) throw input_error(value_where, "negative {}: {}", key, row.value.text);
   result.wavelengths.push_back(wavelength);
   result.values.push_back(value);
   result.where.push_back(value_where);

@@ -91,9 +91,7 @@ bool are_equal(const ConfigNode& a, const ConfigNode& b) {
              return a.find(one.first) != nullptr || is_nothing(one.second);
            });
   }
-  if (a.is_array() && b.is_array()) {
-    return std::ranges::equal(a.array(), b.array(), are_equal);
-  }
+  if (a.is_array() && b.is_array()) return std::ranges::equal(a.array(), b.array(), are_equal);
   if (a.data.index() != b.data.index()) return false;
   if (const auto* number = std::get_if<double>(&a.data)) return *number == std::get<double>(b.data);
   if (const auto* whole = std::get_if<std::int64_t>(&a.data)) {

@@ -43,8 +43,7 @@ fs::path OutputFolder::place(std::string_view name,
   });
   if (!is_name(name) || !has_suffix) {
     throw InputError(
-        fmt::format("{} is no name of a file here: letters, digits, blanks and ._-+, "
-                    "then {}",
+        fmt::format("{} is no name of a file here: letters, digits, blanks and ._-+, then {}",
                     in_quotes(name), fmt::join(suffixes, " or ")));
   }
   std::error_code error;

@@ -25,9 +25,7 @@ std::vector<std::string_view> words_of(const Catalogue& list, std::string_view n
 RenderJob load_film(const Session& session, const std::string& label,
                     const PageDocument& document) {
   RenderParameters parameters = parameters_of(document, label, session.folders());
-  if (parameters.camera.projection == Projection::sky) {
-    throw InputError("a sky view has one side");
-  }
+  if (parameters.camera.projection == Projection::sky) throw InputError("a sky view has one side");
   if (parameters.animation.frames == 0) parameters.set("animation", "frames", std::int64_t{1});
   return session.load(
       {parameters.toml(), RenderInput::Text{document.scene}, document.galaxies, {}, label});

@@ -13,13 +13,10 @@ namespace {
 
 constexpr const char* description =
     "gstudio serves a page on which a galaxy is designed: its components in a list, their "
-    "parameters "
-    "beside a picture that follows. It prints the address, and opens it in a browser where there "
-    "is "
-    "a display. The address holds a secret; whoever knows it may use the page.\n\n"
+    "parameters beside a picture that follows. It prints the address, and opens it in a browser "
+    "where there is a display. The address holds a secret; whoever knows it may use the page.\n\n"
     "Without a file it begins with the galaxy `spiral`. Galaxies are saved over their own files, "
-    "or "
-    "into a folder, together with images that `gamer` renders.\n\n"
+    "or into a folder, together with images that `gamer` renders.\n\n"
     "On a cluster, a tunnel leads to the page:\n\n"
     "    gstudio --no-browser --port 8765 mine.toml\n"
     "    ssh -L 8765:127.0.0.1:8765 cluster";
@@ -28,8 +25,7 @@ const std::vector<std::pair<std::string, std::string>>& sections() {
   static const std::vector<std::pair<std::string, std::string>> all = {
       {"EXIT STATUS",
        "1 is failed while running, and 2 wrong input. It serves until a signal ends it; shells "
-       "then "
-       "see 128 and its number."},
+       "then see 128 and its number."},
       {"ENVIRONMENT",
        "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/. "
        "`GAMER_CACHE` is the folder that keeps measurements of galaxies between jobs, or `off`."},

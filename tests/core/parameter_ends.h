@@ -31,16 +31,11 @@ inline void check_refusal(const KeyParser& parse, const std::string& key,
 inline std::string text_of(const Parameter& parameter, double x) {
   const std::string one = value_text(x);
   switch (parameter.type) {
-    case ParameterType::integer:
-      return value_text(static_cast<std::int64_t>(x));
-    case ParameterType::numbers:
-      return "[" + one + "]";
-    case ParameterType::vector2:
-      return "[1, " + one + "]";
-    case ParameterType::vector3:
-      return "[1, " + one + ", 1]";
-    default:
-      return one;
+    case ParameterType::integer: return value_text(static_cast<std::int64_t>(x));
+    case ParameterType::numbers: return "[" + one + "]";
+    case ParameterType::vector2: return "[1, " + one + "]";
+    case ParameterType::vector3: return "[1, " + one + ", 1]";
+    default: return one;
   }
 }
 

@@ -33,8 +33,7 @@ class Damage {
         bytes.replace(b * block_size, block_size, moved);
         return bytes;
       }
-      case 1:
-        return bytes.erase(below(bytes.size() / block_size) * block_size, block_size);
+      case 1: return bytes.erase(below(bytes.size() / block_size) * block_size, block_size);
       case 2: {
         const std::size_t from = card(bytes), to = card(bytes);
         return bytes.replace(to, record_size, bytes.substr(from, record_size));
@@ -45,8 +44,7 @@ class Damage {
         value.resize(record_size - 10, ' ');
         return bytes.replace(card(bytes) + 10, value.size(), value);
       }
-      default:
-        return of_bytes(std::move(bytes));
+      default: return of_bytes(std::move(bytes));
     }
   }
 
@@ -54,9 +52,7 @@ class Damage {
   std::string of_bytes(std::string bytes) {
     const std::size_t count = 1 + below(8);
     switch (below(3)) {
-      case 0:
-        bytes.resize(below(bytes.size()));
-        break;
+      case 0: bytes.resize(below(bytes.size())); break;
       case 1:
         for (std::size_t i = 0; i < count; ++i) {
           char& byte = bytes[below(bytes.size())];
@@ -94,8 +90,7 @@ class Damage {
         const auto [first, count] = bounds("\n");
         return text.insert(below(text.size()), text.substr(first, count));
       }
-      default:
-        return of_bytes(std::move(text));
+      default: return of_bytes(std::move(text));
     }
   }
 

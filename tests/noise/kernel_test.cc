@@ -165,14 +165,10 @@ double combined(const Combination& combination, const std::vector<double>& value
     ridges += weight * last;
   }
   switch (combination.kind) {
-    case Combination::Kind::billow:
-      return sum;
-    case Combination::Kind::multiplicative:
-      return product;
-    case Combination::Kind::ridged:
-      return ridges;
-    default:
-      throw std::logic_error("no reference of this combination");
+    case Combination::Kind::billow: return sum;
+    case Combination::Kind::multiplicative: return product;
+    case Combination::Kind::ridged: return ridges;
+    default: throw std::logic_error("no reference of this combination");
   }
 }
 

@@ -42,17 +42,10 @@ std::vector<double> mixed_values(int count, unsigned seed) {
   std::vector<double> values;
   for (int i = 0; i < count; ++i) {
     switch (kind(random)) {
-      case 0:
-        values.push_back(nan_value);
-        break;
-      case 1:
-        values.push_back(i % 2 == 0 ? positive_infinity : -positive_infinity);
-        break;
-      case 2:
-        values.push_back(i % 2 == 0 ? 0.0 : -0.0);
-        break;
-      default:
-        values.push_back((i % 2 == 0 ? 1 : -1) * std::pow(10, exponent(random)));
+      case 0: values.push_back(nan_value); break;
+      case 1: values.push_back(i % 2 == 0 ? positive_infinity : -positive_infinity); break;
+      case 2: values.push_back(i % 2 == 0 ? 0.0 : -0.0); break;
+      default: values.push_back((i % 2 == 0 ? 1 : -1) * std::pow(10, exponent(random)));
     }
   }
   return values;

@@ -19,12 +19,9 @@ constexpr double positive_infinity = std::numeric_limits<double>::infinity();
 double exact(const ToneKernel& kernel, double x) {
   const long double size = std::abs(x), a = kernel.parameter;
   switch (kernel.curve) {
-    case ToneCurve::power:
-      return static_cast<double>(std::pow(size, a));
-    case ToneCurve::logarithm:
-      return static_cast<double>(std::log1p(a * size));
-    case ToneCurve::asinh:
-      return static_cast<double>(std::asinh(a * size));
+    case ToneCurve::power: return static_cast<double>(std::pow(size, a));
+    case ToneCurve::logarithm: return static_cast<double>(std::log1p(a * size));
+    case ToneCurve::asinh: return static_cast<double>(std::asinh(a * size));
   }
   return 0;
 }

@@ -120,12 +120,9 @@ std::optional<std::string> other_value(const Parameter& parameter) {
       if (std::abs(value - usual) < 0.1 * (high - low)) value = low + 0.6 * (high - low);
       return is_whole ? fmt::format("{}", std::llround(value)) : fmt::format("{}", value);
     }
-    case ParameterType::vector3:
-      return "[1, 0.6, 0.8]";
-    case ParameterType::numbers:
-      return "[0, 100]";
-    default:
-      return std::nullopt;
+    case ParameterType::vector3: return "[1, 0.6, 0.8]";
+    case ParameterType::numbers: return "[0, 100]";
+    default: return std::nullopt;
   }
 }
 

@@ -20,7 +20,7 @@ struct ManualOption {
   std::string description;
 };
 
-/// What a word after the program's name does.
+/// A command: a word after the program's name, and what it does.
 struct ManualCommand {
   std::string name;
   std::vector<std::string> aliases;

@@ -15,10 +15,10 @@ void open_standard_streams();
 /// into a closed pipe or beyond the limit of a file's size becomes an ordinary error. For main.
 void clean_up_on_signals();
 
-/// What a signal prints: lines with their ends.
+/// The lines that a signal prints, with their ends.
 struct StopLine {
   std::string text;
-  /// Where the time of the signal replaces a UtcTime in the text; by default nowhere.
+  /// Place in the text of a UtcTime that the time of the signal replaces; npos for none.
   std::size_t time_at = std::string::npos;
 };
 

@@ -77,7 +77,7 @@ struct PictureTone {
   static PictureTone of_numbers(const std::array<double, 8>& numbers);
 };
 
-/// What a picture shows at full brightness: light whose largest channel is 1.
+/// The light that a picture shows at full brightness: its largest channel is 1.
 class PictureWhite {
  public:
   /// The picture of an image with so many planes; see picture_channels().

@@ -37,13 +37,13 @@ struct JournalHead {
   JournalPlan plan = {};
 };
 
-/// What is finished of an image and of its table TRUTH.
+/// The finished part of an image and of its table TRUTH.
 struct FinishedWork {
   std::vector<RowRange> rows;  ///< in ascending order
   int objects = 0;
 };
 
-/// What a journal holds at a moment.
+/// The state of a journal.
 struct JournalStatus {
   JournalHead head;
   bool is_in_use = false;           ///< a process holds its lock

@@ -38,7 +38,7 @@ class Progress {
 
  private:
   ProgressNumbers numbers() const;
-  /// What follows the percents: rate and time left.
+  /// The text behind the percents: rate and time left.
   std::string text() const;
   /// Finished tenths of all.
   int tenth() const { return static_cast<int>(share_of(10)); }

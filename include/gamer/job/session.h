@@ -21,7 +21,7 @@
 
 namespace gamer {
 
-/// What a render is made of, in memory. Names that it does not hold are searched in the folders of
+/// The texts of a render, in memory. Names that it does not hold are searched in the folders of
 /// the session.
 struct RenderInput {
   /// A scene list, or any other format of catalogue that is text.
@@ -59,10 +59,10 @@ struct Rendering;
 struct RenderControl {
   bool truth = false;         ///< make table TRUTH and the images of [truth]
   bool truth_images = false;  ///< make those images even without the table
-  /// Called in the thread that called Session::render(). What it throws ends the render.
+  /// Called in the thread that called Session::render(). An exception of it ends the render.
   std::function<void(const RenderProgress&)> progress = {};
-  /// Called there, too, with rows of an image that are finished, in any order. What it throws ends
-  /// the render.
+  /// Called there, too, with finished rows of an image, in any order. An exception of it ends the
+  /// render.
   std::function<void(RowRange rows, const Rendering& rendering)> finished = {};
   /// Ends the render at the next tile; Session::render() then throws Cancelled. May be null.
   const Cancellation* cancellation = nullptr;

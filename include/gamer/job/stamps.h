@@ -75,7 +75,7 @@ class StampTask {
   void complete(const Ranks& ranks, int threads, Progress::Style style);
   /// Renders with all ranks and completes the file. Throws InputError, RunError.
   void render(Executor& executor, Progress::Style style, RankReport& report);
-  /// What is to be made: "x.fits: 12 stamps of 15 to 101 pixels a side, 3 planes".
+  /// A line that says what is to be made: "x.fits: 12 stamps of 15 to 101 pixels a side, 3 planes".
   std::string plan() const;
   /// A warning about rays that did not converge; empty where there are none.
   std::string shortfall() const;

@@ -15,8 +15,8 @@ bool measures_star_tone(const RenderParameters& parameters, const Scene& scene);
 /// Every rank calls this function, and gets equal numbers.
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads);
 
-/// How `output` is written: as it is, but a picture without a tone of its own has that of the discs
-/// of its stars, which are then white.
+/// `output`, in which a picture without a tone of its own gets that of the discs of its stars,
+/// which are then white.
 OutputOptions toned_output(const OutputOptions& output, const RenderParameters& parameters);
 
 }  // namespace gamer

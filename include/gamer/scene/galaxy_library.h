@@ -80,7 +80,7 @@ class GalaxyLibrary {
            std::shared_ptr<const Galaxy> galaxy);
 
  private:
-  /// What a row's galaxy is made of.
+  /// The text and the settings from which a row's galaxy is made.
   struct Source {
     Resources::Text text;
     GalaxySettings settings;

@@ -55,7 +55,7 @@ class ProbeChooser {
 /// Name of the recorded text with the probes of a region, which may be beyond it.
 inline constexpr const char* recorded_probes = "scene.probes";
 
-/// Where a probe is in a recorded scene list.
+/// The place of a probe in a recorded scene list.
 struct RecordedProbe {
   std::size_t row;                       ///< of the list, from 0
   std::optional<std::size_t> component;  ///< of dust; none for the farthest light

@@ -281,9 +281,7 @@ void AssociationTexture::add_octaves() {
     octave.seed = static_cast<std::uint32_t>(hash_words({p.seed, index, 3, 2}));
     octaves_.push_back(octave);
     for (std::size_t l = 0; l < levels_.size(); ++l) {
-      if (wavelength >= shortest_wavelength * double{levels_[l].cell}) {
-        before_[l] = octaves_.size();
-      }
+      if (wavelength >= shortest_wavelength * double{levels_[l].cell}) before_[l] = octaves_.size();
     }
     wavelength /= 2;
   } while (octaves_.size() < most_octaves && wavelength >= smallest);

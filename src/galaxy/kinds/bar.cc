@@ -320,9 +320,7 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
   const double outside = std::min(m + reach / b, 1 + shape_.cut);
   const double edge = shape_.cut * (1 + std::exp((1 - outside) / shape_.cut));
   double fine = column_lengths * b * edge;
-  if (shape_.ansae > 0) {
-    fine = std::min({fine, ansa_width * b, ansa_length * shape_.half_length});
-  }
+  if (shape_.ansae > 0) fine = std::min({fine, ansa_width * b, ansa_length * shape_.half_length});
   const double plane = column_lengths * b / std::max(shape_.decline, 1.0);
   const double cosine = std::abs(direction[2]);
   const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));

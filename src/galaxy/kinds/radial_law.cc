@@ -110,9 +110,7 @@ double RadialLaw::hole(double m) const {
 }
 
 double RadialLaw::limit(double least) const {
-  if (shape_.is_ring()) {
-    return shape_.ring_radius + shape_.ring_outer_width * std::sqrt(-2 * least);
-  }
+  if (shape_.is_ring()) return shape_.ring_radius + shape_.ring_outer_width * std::sqrt(-2 * least);
   if (!shape_.is_broken()) return -rh_ * least;
   // ln(1 + e^x) is between max(x, 0) and max(x, 0) + ln 2.
   const double change = 1 / rh_ - 1 / shape_.outer_rh;

@@ -34,9 +34,7 @@ std::unique_ptr<Texture> make_texture(const ComponentInput& input, VeinParameter
   parameters.apply(input.values);
   if (!input.values.is_given("octaves") && settings.octaves) parameters.octaves = *settings.octaves;
   // The file's seeds choose the noise of this component; the row's seed still varies it.
-  if (input.values.has("seed")) {
-    parameters.seed = hash_words({parameters.seed, settings.seed});
-  }
+  if (input.values.has("seed")) parameters.seed = hash_words({parameters.seed, settings.seed});
   parameters.pattern_seed = hash_words({parameters.pattern_seed, settings.seed});
   if (!SpiralCoordinates::fits(input.arms)) {
     throw InputError(input.node.where,

@@ -251,11 +251,8 @@ Card parse_card(std::span<const std::string> records) {
     }
   }
   switch (type) {
-    case 'U':
-      break;
-    case 'L':
-      card.value = parsed.value == "T";
-      break;
+    case 'U': break;
+    case 'L': card.value = parsed.value == "T"; break;
     case 'I':
       if (const auto integer = parse_number<long long>(parsed.value)) {
         card.value = *integer;
@@ -283,8 +280,7 @@ Card parse_card(std::span<const std::string> records) {
       card.value = percent_decode(trim_right(text));
       break;
     }
-    default:
-      card.value = parsed.value;
+    default: card.value = parsed.value;
   }
   card.comment = percent_decode(trim_right(parsed.comment));
   return card;

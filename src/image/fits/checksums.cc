@@ -48,12 +48,9 @@ void check_sums(const std::filesystem::path& image, int least_hdus) {
   if (!suffix) return;
   switch (*suffix) {
     case ImageSuffix::fits:
-    case ImageSuffix::fits_compressed:
-      return check_fits_sums(image, least_hdus);
-    case ImageSuffix::png:
-      return check_png_sums(image);
-    case ImageSuffix::bmp:
-      return check_bmp_length(image);
+    case ImageSuffix::fits_compressed: return check_fits_sums(image, least_hdus);
+    case ImageSuffix::png: return check_png_sums(image);
+    case ImageSuffix::bmp: return check_bmp_length(image);
   }
 }
 

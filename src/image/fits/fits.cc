@@ -63,12 +63,9 @@ class FitsLayout {
     switch (options_.layout) {
       case ImageLayout::cube:
         return {0, hdu, static_cast<LONGLONG>(plane) * header_.width * face_height() + first};
-      case ImageLayout::extensions:
-        return {0, face * header_.planes() + plane + 2, first};
-      case ImageLayout::files:
-        return {static_cast<std::size_t>(plane), hdu, first};
-      case ImageLayout::stamps:
-        break;
+      case ImageLayout::extensions: return {0, face * header_.planes() + plane + 2, first};
+      case ImageLayout::files: return {static_cast<std::size_t>(plane), hdu, first};
+      case ImageLayout::stamps: break;
     }
     throw std::invalid_argument("unknown image layout");
   }

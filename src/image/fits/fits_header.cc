@@ -61,9 +61,7 @@ std::optional<double> FitsHeader::number(std::string_view key) const {
   const std::optional<Card> found = card(key);
   if (!found) return std::nullopt;
   if (const auto* real = std::get_if<double>(&found->value)) return *real;
-  if (const auto* whole = std::get_if<long long>(&found->value)) {
-    return static_cast<double>(*whole);
-  }
+  if (const auto* whole = std::get_if<long long>(&found->value)) return static_cast<double>(*whole);
   return std::nullopt;
 }
 

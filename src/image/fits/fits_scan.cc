@@ -114,9 +114,7 @@ class Header {
   void read_record(std::string_view record) {
     const std::string_view key = name_of(record);
     const std::optional<long long> value = integer(record);
-    if (!read_mandatory(key, value) && is_size(key)) {
-      fail("{} stands there twice", key);
-    }
+    if (!read_mandatory(key, value) && is_size(key)) fail("{} stands there twice", key);
     if (key == "XTENSION") is_table_ = record.find("TABLE", value_begin) != std::string_view::npos;
     const std::size_t further = records_ - std::min(records_, first_axis + axis_count_);
     if (further < table_cards.size() && key == table_cards[further]) ++table_cards_;
@@ -162,9 +160,7 @@ class Header {
   void take_once(std::optional<long long>& to, std::string_view key, std::optional<long long> value,
                  long long most) {
     if (to) fail("{} stands there twice", key);
-    if (!value || *value < 0 || *value > most) {
-      fail("{} has a value that cannot be", key);
-    }
+    if (!value || *value < 0 || *value > most) fail("{} has a value that cannot be", key);
     to = value;
   }
 
@@ -254,9 +250,7 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
   // A pipe or device could block or never end.
   std::error_code error;
   const std::filesystem::file_status status = std::filesystem::status(path, error);
-  if (std::filesystem::is_directory(status)) {
-    throw input_error("{}: it is a directory", label);
-  }
+  if (std::filesystem::is_directory(status)) throw input_error("{}: it is a directory", label);
   if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status)) {
     throw input_error("{}: it is not a regular file", label);
   }
@@ -273,9 +267,7 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
   };
   for (int hdu = 0;; ++hdu) {
     std::string_view bytes = read();
-    if (hdu == 0 && !bytes.starts_with(fits)) {
-      throw input_error("{}: is no FITS file", label);
-    }
+    if (hdu == 0 && !bytes.starts_with(fits)) throw input_error("{}: is no FITS file", label);
     if (bytes.find_first_not_of(fill) == std::string_view::npos) return;
     Header header(label, hdu);
     while (header.read(bytes)) {

@@ -86,9 +86,7 @@ void read_shape(FitsFile& file, FitsHdu& hdu) {
   file.call(fits_get_img_equivtype, &hdu.bitpix);
   hdu.has_integers = stored > 0;
   hdu.further_axes.assign(sizes.begin() + 2, sizes.end());
-  if (compressed) {
-    check_tiles(file, hdu.number, stored, sizes);
-  }
+  if (compressed) check_tiles(file, hdu.number, stored, sizes);
   hdu.width = static_cast<int>(sizes[0]);
   hdu.height = static_cast<int>(sizes[1]);
   hdu.planes = static_cast<int>(planes);
@@ -209,9 +207,7 @@ class FitsInput::File {
   FitsFile open_standard_input() {
     std::array<char, fits_beginning> start{};
     const std::size_t count = std::fread(start.data(), 1, start.size(), stdin);
-    if (!begins_as_fits({start.data(), count})) {
-      throw input_error("{}: is no FITS file", name_);
-    }
+    if (!begins_as_fits({start.data(), count})) throw input_error("{}: is no FITS file", name_);
     spool_.emplace();
     {
       const CFile copy(std::fopen(spool_->path().c_str(), "wb"), &std::fclose);

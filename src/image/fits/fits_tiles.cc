@@ -24,18 +24,13 @@ namespace {
 /// never have.
 LONGLONG element_size(int type) {
   switch (-type) {
-    case TBYTE:
-      return 1;
-    case TSHORT:
-      return 2;
+    case TBYTE: return 1;
+    case TSHORT: return 2;
     case TLONG:
-    case TFLOAT:
-      return 4;
+    case TFLOAT: return 4;
     case TLONGLONG:
-    case TDOUBLE:
-      return 8;
-    default:
-      return 0;
+    case TDOUBLE: return 8;
+    default: return 0;
   }
 }
 
@@ -99,9 +94,7 @@ void check_hcompress_tiles(FitsFile& file, int hdu, int column, LONGLONG rows,
                 std::all_of(head.begin() + bit_planes, head.end(),
                             [](unsigned char planes) { return planes <= most_bit_planes; });
     }
-    if (!is_good) {
-      file.fail(fmt::format("HDU {}: tile {} is no good HCOMPRESS stream", hdu, row));
-    }
+    if (!is_good) file.fail(fmt::format("HDU {}: tile {} is no good HCOMPRESS stream", hdu, row));
   }
 }
 

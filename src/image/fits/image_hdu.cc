@@ -33,9 +33,7 @@ void write_plane_axes(FitsFile& file, const ImageHeader& header, const ImageFace
     write_cards(file, cards);
     return;
   }
-  for (const std::string& record : header.wcs_records) {
-    file.call(fits_write_record, record.c_str());
-  }
+  for (const std::string& record : header.wcs_records) file.call(fits_write_record, record.c_str());
 }
 
 }  // namespace

@@ -21,9 +21,7 @@ Failure describe(const std::exception_ptr& exception, int rank) {
 }
 
 std::exception_ptr make_exception(const Failure& failure) {
-  if (failure.code == input_error_code) {
-    return std::make_exception_ptr(InputError(failure.message));
-  }
+  if (failure.code == input_error_code) return std::make_exception_ptr(InputError(failure.message));
   return std::make_exception_ptr(RunError(failure.message));
 }
 

@@ -142,11 +142,8 @@ class Follow {
           exhausted_ = true;
           pool_.stop();
           break;
-        case OrderKind::alive:
-          break;
-        case OrderKind::outcome:
-          outcome_ = static_cast<int>(order->first);
-          break;
+        case OrderKind::alive: break;
+        case OrderKind::outcome: outcome_ = static_cast<int>(order->first); break;
         default:
           // Rank 0 has left its run without an outcome, and will take no further result.
           job_.abort();

@@ -82,16 +82,10 @@ class Lead {
       const auto rank = static_cast<std::size_t>(notice->rank);
       heard_[rank] = time_.seconds();
       switch (notice->head.kind) {
-        case NoticeKind::alive:
-          break;
-        case NoticeKind::text:
-          throw std::logic_error("ranks do not make the same calls");
-        case NoticeKind::request:
-          answer(notice->rank);
-          break;
-        case NoticeKind::failure:
-          fail(make_exception({notice->head.code, notice->text}));
-          break;
+        case NoticeKind::alive: break;
+        case NoticeKind::text: throw std::logic_error("ranks do not make the same calls");
+        case NoticeKind::request: answer(notice->rank); break;
+        case NoticeKind::failure: fail(make_exception({notice->head.code, notice->text})); break;
         case NoticeKind::done:
           if (!failure_ && given_.has_any(notice->rank)) {
             job_.give_up(notice->rank, "ended without rows that it was given");

@@ -264,9 +264,7 @@ class DepthMarch {
     const D d;
     const V first = at_node(0);
     V before = hn::Zero(d);
-    if (nodes.any_open()) {
-      before = hn::IfThenElseZero(nodes.open(), Continue<D>(at_node));
-    }
+    if (nodes.any_open()) before = hn::IfThenElseZero(nodes.open(), Continue<D>(at_node));
     const V slope = hn::Mul(hn::Set(d, 1.0f / 24), hn::Sub(before, at_node(1)));
     store(before, before_part);
     store(first, own_part);

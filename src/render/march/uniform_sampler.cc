@@ -90,9 +90,7 @@ class UniformSampler : public Sampler {
       }
       cover = medium_.cover(here);
       double step = HUGE_VAL;
-      for (const int galaxy : cover.galaxies) {
-        step = std::min(step, step_ * medium_.radius(galaxy));
-      }
+      for (const int galaxy : cover.galaxies) step = std::min(step, step_ * medium_.radius(galaxy));
       if (!(step < HUGE_VAL)) continue;
       const double count = std::ceil((end - begin) / step);
       const double width = (end - begin) / count;

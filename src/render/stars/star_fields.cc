@@ -202,9 +202,7 @@ void StarFields::set_limit(const Scene& scene, const Camera& camera, double star
   if (!(farthest > 0)) return;
   const auto expected = [&](double q) {
     double most = 0;
-    for (const Column& column : columns) {
-      most = std::max(most, stars_above(column, population, q));
-    }
+    for (const Column& column : columns) most = std::max(most, stars_above(column, population, q));
     return most;
   };
   // Bisection in ln q, between limits above which all stars count and no star counts.
@@ -221,9 +219,7 @@ void StarFields::set_limit(const Scene& scene, const Camera& camera, double star
   }
   field.limit = std::exp(high);
   const double brightest = population.at(population.size() - 1).high / (nearest * nearest);
-  if (field.weight(brightest) < least_weight) {
-    field.limit = std::numeric_limits<double>::infinity();
-  }
+  if (field.weight(brightest) < least_weight) field.limit = std::numeric_limits<double>::infinity();
 }
 
 void StarFields::set_parts(double nearest, double farthest, Field& field) const {

@@ -305,9 +305,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, double margi
       if (!pixel || !touches(camera_, tile, margin, *pixel)) return;
       batch.entries.push_back({place, *pixel, candidate.threshold, luminosity, distance2,
                                field.weight(q) * q, candidate});
-      if (batch.entries.size() == batch_capacity) {
-        flush(number, dusty, batch, take, counts);
-      }
+      if (batch.entries.size() == batch_capacity) flush(number, dusty, batch, take, counts);
     };
     stars.walk(k, largest_phi, keep, offer);
   }

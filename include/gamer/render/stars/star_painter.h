@@ -35,7 +35,8 @@ class StarPainter {
     double weight;       ///< w(q): the share of its light that is in `flux`
     double temperature;  ///< K; NaN where all stars of the field have one spectrum
   };
-  /// What paint() finds of each star. Places alone cost no dust; fluxes are then empty.
+  /// How much paint() finds out about each star. Places alone need no march through dust, and
+  /// leave fluxes empty.
   enum class Detail { places, light };
 
   StarPainter(std::shared_ptr<const Scene> scene, const Camera& camera, const Medium& medium,
