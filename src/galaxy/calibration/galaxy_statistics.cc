@@ -122,8 +122,7 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
     case Round::closure:
       if (component_at(c).absorbs()) {
         const std::vector<double> widths = dust_widths(c);
-        const DustClosureValues closure =
-            measure_dust_closure(galaxy_, c, index, galaxy_.most_cloud_points(), measured(widths));
+        const DustClosureValues closure = measure_dust_closure(galaxy_, c, index, measured(widths));
         writer.add(closure.coherences);
         writer.add(closure.amounts);
         return;
@@ -338,9 +337,11 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
   }
   NumberWriter writer(numbers);
   if (component_at(c).has_texture_mean()) {
-    for (const double width : widths) {
-      writer.add(component_at(c).texture_mean(width, error_of_texture_mean(c, width),
-                                              galaxy_.most_cloud_points()));
+    std::vector<double> errors;
+    for (const double width : widths) errors.push_back(error_of_texture_mean(c, width));
+    for (const double mean :
+         component_at(c).texture_means(widths, errors, galaxy_.most_cloud_points())) {
+      writer.add(mean);
       writer.add(0);
     }
     return;
