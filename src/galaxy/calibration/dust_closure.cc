@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t coherence_rays = std::size_t{1} << 12;
 // Where clouds have fewer points than this, so many rays suffice.
 constexpr std::size_t coarse_points = std::size_t{1} << 13;
-constexpr std::size_t coarse_rays = std::size_t{1} << 10;
+constexpr std::size_t coarse_rays = std::size_t{1} << 11;
 constexpr double coherence_heights = 10;
 // Heights at which the light behind the dust is added up, and the ratio of successive heights.
 constexpr double lowest_light = 2e-3;
