@@ -158,7 +158,7 @@ export class Draft extends EventTarget {
     const {room} = this.picture, part = Math.min(this.side / Math.max(...room), 1);
     const sides = room.map((side) => Math.max(Math.round(side * part), 1));
     this.march(this.ui.camera, ...sides);
-    this.picture.paint(this.target, sides, tone, look);
+    this.picture.paint([this.target], sides, tone, look);
   }
 
   /// Draws the channels of a view into the target.

@@ -4,6 +4,7 @@
 
 import {automaticTone, steepnessOf} from './stretch.js';
 import * as shaders from './shaders.js';
+import {planeGroups} from './plane_groups.js';
 import {kernelLength} from './seeing.js';
 import {sizeTo} from './dom.js';
 
@@ -55,7 +56,7 @@ export class Picture {
     gl.vertexAttribPointer(0, 2, gl.FLOAT, false, 0, 0);
     this.planes = gl.createTexture();
     this.channels = this.nearest(gl.TEXTURE_2D);
-    this.blurred = [0, 1].map(() => this.nearest(gl.TEXTURE_2D));
+    this.others = [0, 1].map(() => this.nearest(gl.TEXTURE_2D));  // blurred channels, or sums of groups
     this.target = gl.createFramebuffer();
   }
 
@@ -100,10 +101,9 @@ export class Picture {
     this.frame = frame;
     this.texels = Math.ceil(planes.length / planesPerTexel);
     this.sumsOnGpu = this.onGpu && this.texels <= mostTexels;
-    this.isSummed = false;
-    this.read = null;
+    this.forget();
     if (!this.onGpu) return;
-    for (const texture of [this.channels, ...this.blurred]) {
+    for (const texture of [this.channels, ...this.others]) {
       gl.bindTexture(gl.TEXTURE_2D, texture);
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, null);
     }
@@ -116,9 +116,17 @@ export class Picture {
 
   /// Takes rows of the frame that have changed, as a strip (strips.js) brings them.
   setRows({header: {row, rows}, values}) {
+    this.forget();
+    if (this.sumsOnGpu) this.putRows(row, rows, values);
+  }
+
+  /// Forgets all sums of the planes.
+  forget() {
     this.isSummed = false;
     this.read = null;
-    if (this.sumsOnGpu) this.putRows(row, rows, values);
+    this.base = null;    // the weights of the first sum
+    this.summed = null;  // the groups of planes whose sums `others` holds, as text
+    this.wanted = null;  // the groups that were wanted last
   }
 
   putRows(row, rows, values) {
@@ -145,31 +153,61 @@ export class Picture {
     if (this.isSummed) return;
     const gl = this.gl, {width, height} = this.frame.header;
     this.isSummed = true;
-    gl.bindTexture(gl.TEXTURE_2D, this.channels);
     if (!this.sumsOnGpu) {
       this.read = this.sumHere();
+      gl.bindTexture(gl.TEXTURE_2D, this.channels);
       gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, width, height, 0, gl.RGBA, gl.FLOAT, this.read);
       return;
     }
+    this.base ??= this.weightList;
+    this.sumInto(this.channels, this.weightList);
+  }
+
+  /// Adds the planes with weights into a texture.
+  sumInto(texture, weightList) {
+    const gl = this.gl, {width, height} = this.frame.header;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
-    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.channels, 0);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, texture, 0);
     const {program, places} = this.programOf(shaders.sum(this.texels));
     gl.useProgram(program);
     gl.activeTexture(gl.TEXTURE0);
     gl.bindTexture(gl.TEXTURE_2D_ARRAY, this.planes);
     gl.uniform1i(places.planes, 0);
     const weights = new Float32Array(3 * planesPerTexel * this.texels);
-    weights.set(this.weightList.flat());
+    weights.set(weightList.flat());
     gl.uniformMatrix4x3fv(places['weights[0]'], false, weights);
     gl.viewport(0, 0, width, height);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
+  /// The factors of the sums of two groups of planes (plane_groups.js), which are the channels
+  /// together. Null where the planes are to be added themselves.
+  factorsOfGroups() {
+    if (this.isSummed || !this.base) return null;
+    const found = planeGroups(this.base, this.weightList);
+    if (!found) {
+      this.base = this.summed = null;
+      return null;
+    }
+    const key = found.groups.join();
+    if (key !== this.summed) {
+      // One sum is faster than two, until these groups come again.
+      const comesAgain = key === this.wanted;
+      this.wanted = key;
+      if (!comesAgain) return null;
+      this.summed = key;
+      this.others.forEach((texture, group) => this.sumInto(
+          texture, this.base.map((weight, plane) => found.groups[plane] === group ? weight : [0, 0, 0])));
+    }
+    return found.factors;
+  }
+
   /// The channels with PSF and noise (seeingOf() in seeing.js), as a texture.
   seen(seeing) {
     if (!seeing || !this.onGpu) return this.channels;
     const gl = this.gl, {width, height} = this.frame.header, {program, places} = this.seeing;
+    this.summed = null;
     gl.useProgram(program);
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
     gl.viewport(0, 0, width, height);
@@ -178,14 +216,14 @@ export class Picture {
     gl.uniform1fv(places['kernel[0]'], seeing.kernel);
     gl.uniform1i(places.reach, seeing.kernel.length - 1);
     [[1, 0], [0, 1]].forEach((way, i) => {
-      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.blurred[i], 0);
-      gl.bindTexture(gl.TEXTURE_2D, i === 0 ? this.channels : this.blurred[0]);
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.others[i], 0);
+      gl.bindTexture(gl.TEXTURE_2D, i === 0 ? this.channels : this.others[0]);
       gl.uniform2iv(places.way, way);
       gl.uniform1f(places.noise, i === 0 ? 0 : seeing.noise);
       gl.drawArrays(gl.TRIANGLES, 0, 3);
     });
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    return this.blurred[1];
+    return this.others[1];
   }
 
   /// The sums where the browser cannot draw into floats, or where the planes are too many.
@@ -242,31 +280,40 @@ export class Picture {
   /// Draws with a tone and a look (stretch.js) for a room of pixels, with PSF and noise or without.
   draw(tone, look, seeing = null, room = this.room) {
     if (!this.frame || this.gl.isContextLost()) return;
-    this.sumUp();
     const {width, height} = this.frame.header;
-    this.paint(this.seen(seeing), [width, height], tone, look, room);
+    const factors = seeing ? null : this.factorsOfGroups();
+    if (factors) return this.paint(this.others, [width, height], tone, look, room, factors);
+    this.sumUp();
+    this.paint([this.seen(seeing)], [width, height], tone, look, room);
   }
 
-  /// Draws the channels of a texture of a size. Where the room has far fewer pixels, so has the
-  /// canvas, and the light is interpolated.
-  paint(channels, size, tone, look, room = this.room) {
+  /// Draws the channels of textures of a size, each times its factor. Where the room has far fewer
+  /// pixels, so has the canvas, and the light is interpolated.
+  paint(textures, size, tone, look, room = this.room, factors = null) {
     const {canvas} = this;
     const isLarge = room !== null && size[0] * size[1] > mostPixels * room[0] * room[1];
     const [width, height] = isLarge ? room : size;
     sizeTo(canvas, width, height);
     canvas.style.imageRendering = look.pixels ? 'pixelated' : 'auto';
-    this.stretch(channels, [width, height], tone, look, isLarge && !look.pixels);
+    this.stretch(textures, factors, [width, height], tone, look, isLarge && !look.pixels);
   }
 
-  /// Makes colours of the channels of a texture, of so many pixels.
-  stretch(channels, size, tone, look, isSmoothed) {
+  /// Makes colours of the channels of one texture, or of two with factors, of so many pixels.
+  stretch(textures, factors, size, tone, look, isSmoothed) {
     const gl = this.gl, {mode, gamma, saturation} = look;
     const {program, places} = this.programOf(shaders.stretch(
-        {mode, smoothed: isSmoothed, gamma: gamma !== 1, saturation: saturation !== 1}));
+        {mode, smoothed: isSmoothed, gamma: gamma !== 1, saturation: saturation !== 1, groups: factors !== null}));
     gl.useProgram(program);
-    gl.activeTexture(gl.TEXTURE0);
-    gl.bindTexture(gl.TEXTURE_2D, channels);
+    textures.forEach((texture, unit) => {
+      gl.activeTexture(gl.TEXTURE0 + unit);
+      gl.bindTexture(gl.TEXTURE_2D, texture);
+    });
     gl.uniform1i(places.channels, 0);
+    if (factors) {
+      gl.uniform1i(places.others, 1);
+      gl.uniform2fv(places.factors, factors);
+    }
+    gl.activeTexture(gl.TEXTURE0);
     gl.uniform3fv(places.black, tone.black);
     gl.uniform3fv(places.factor, tone.factor);
     gl.uniform1f(places.slope, look.slope);

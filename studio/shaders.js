@@ -65,8 +65,9 @@ void main() {
 }`;
 
 /// The stretch of a mode (stretch.js). Light between pixels is interpolated where it is `smoothed`.
-/// Without `gamma` and `saturation` these are 1.
-export const stretch = ({mode, smoothed, gamma, saturation}) => `#version 300 es
+/// Without `gamma` and `saturation` these are 1. With `groups` the light is the sum of two textures, each
+/// times its factor.
+export const stretch = ({mode, smoothed, gamma, saturation, groups}) => `#version 300 es
 precision highp float;
 precision highp sampler2D;
 #define LUPTON ${mode === 'lupton' ? 1 : 0}
@@ -75,7 +76,12 @@ precision highp sampler2D;
 #define SMOOTHED ${smoothed ? 1 : 0}
 #define GAMMA ${gamma ? 1 : 0}
 #define SATURATION ${saturation ? 1 : 0}
+#define GROUPS ${groups ? 1 : 0}
 uniform sampler2D channels;
+#if GROUPS
+uniform sampler2D others;
+uniform vec2 factors;
+#endif
 uniform vec3 black;
 uniform vec3 factor;
 uniform float slope;
@@ -101,6 +107,14 @@ float level(float value) {
   return value / white;
 }
 
+vec3 texel(ivec2 at) {
+#if GROUPS
+  return factors.x * texelFetch(channels, at, 0).rgb + factors.y * texelFetch(others, at, 0).rgb;
+#else
+  return texelFetch(channels, at, 0).rgb;
+#endif
+}
+
 vec3 light_at(vec2 at) {
 #if SMOOTHED
   ivec2 size = textureSize(channels, 0);
@@ -109,9 +123,11 @@ vec3 light_at(vec2 at) {
   vec2 part = from - vec2(low);
   ivec2 most = size - 1;
   ivec2 a = clamp(low, ivec2(0), most), b = clamp(low + 1, ivec2(0), most);
-  vec3 bottom = mix(texelFetch(channels, a, 0).rgb, texelFetch(channels, ivec2(b.x, a.y), 0).rgb, part.x);
-  vec3 top = mix(texelFetch(channels, ivec2(a.x, b.y), 0).rgb, texelFetch(channels, b, 0).rgb, part.x);
+  vec3 bottom = mix(texel(a), texel(ivec2(b.x, a.y)), part.x);
+  vec3 top = mix(texel(ivec2(a.x, b.y)), texel(b), part.x);
   return mix(bottom, top, part.y);
+#elif GROUPS
+  return factors.x * texture(channels, at).rgb + factors.y * texture(others, at).rgb;
 #else
   return texture(channels, at).rgb;
 #endif

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/message.h"
+#include "galaxy/shape_text.h"
 #include "gamer/core/near.h"
 #include "gamer/core/random.h"
 #include "gamer/galaxy/galaxy.h"
@@ -25,6 +26,10 @@ constexpr double followed_sharpness = std::numbers::sqrt2;
 double Component::footprint_scale() const {
   if (texture_ == nullptr || absorbs()) return 1;
   return std::max(texture_->sharpness() / followed_sharpness, 1.0);
+}
+
+void Component::follow(const ComponentDigests& followed) {
+  digests_.texture = digest_together(digests_.texture, followed.texture);
 }
 
 namespace {
@@ -77,7 +82,7 @@ ComponentKind with_shared_parameters(ComponentKind kind) {
     parameters.push_back(Parameter::text(
         "follows", std::nullopt, "name of the disk component whose noise also modulates this one"));
   }
-  kind.parameters = parameters + kind.parameters;
+  kind.parameters = parameters + kind.parameters + kind.texture_parameters;
   return kind;
 }
 
@@ -143,14 +148,23 @@ void check_lengths(const ParameterSet& values, const std::string& context) {
   }
 }
 
+/// A component of this form in the twin of the settings, or null.
+const Component* twin_of(const std::string& form, const GalaxySettings& settings) {
+  if (settings.twin == nullptr) return nullptr;
+  for (const auto& component : settings.twin->components()) {
+    if (component->digests().form == form) return component.get();
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 /// A reader of the data that all kinds share.
 class ComponentReader {
  public:
-  static std::unique_ptr<Component> read(const ConfigNode& node, int index, const ArmPattern& arms,
-                                         double axis_z, const GalaxySettings& settings,
-                                         Resources& resources);
+  static std::unique_ptr<Component> read(const ConfigNode& node, int index,
+                                         const ComponentSurroundings& surroundings,
+                                         const GalaxySettings& settings, Resources& resources);
 
  private:
   static void read_light(Component& component, const ParameterSet& values,
@@ -218,7 +232,7 @@ void ComponentReader::read_noise(Component& component, const ComponentKind& kind
 }
 
 std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int index,
-                                                 const ArmPattern& arms, double axis_z,
+                                                 const ComponentSurroundings& surroundings,
                                                  const GalaxySettings& settings,
                                                  Resources& resources) {
   if (!node.is_table()) {
@@ -243,9 +257,11 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
       kind.parameters, node, context, "in a [[component]] of class '" + kind.name + "'",
       has_noise ? std::span<const std::string>(skip) : std::span<const std::string>());
   check_lengths(values, context);
+  ComponentDigests digests = component_digests(node, name, kind, surroundings.text, settings);
   std::unique_ptr<Component> component =
-      kind.make(ComponentInput{values, node, context, arms, axis_z, settings, name, resources,
-                               settings.twin != nullptr ? settings.twin->find(name) : nullptr});
+      kind.make(ComponentInput{values, node, context, surroundings.arms, surroundings.axis_z,
+                               settings, name, resources, twin_of(digests.form, settings)});
+  component->digests_ = std::move(digests);
   component->kind_ = kind.name;
   component->traits_ = kind.traits;
   // Some kinds leave it to the file.
@@ -275,10 +291,10 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
   return component;
 }
 
-std::unique_ptr<Component> read_component(const ConfigNode& node, int index, const ArmPattern& arms,
-                                          double axis_z, const GalaxySettings& settings,
-                                          Resources& resources) {
-  return ComponentReader::read(node, index, arms, axis_z, settings, resources);
+std::unique_ptr<Component> read_component(const ConfigNode& node, int index,
+                                          const ComponentSurroundings& surroundings,
+                                          const GalaxySettings& settings, Resources& resources) {
+  return ComponentReader::read(node, index, surroundings, settings, resources);
 }
 
 }  // namespace gamer

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <string_view>
 
 #include "core/message.h"
 #include "galaxy/galaxy_overrides.h"
@@ -83,7 +85,7 @@ std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& l
     }
     GalaxySettings of_reference = settings;
     if (is_shared) of_reference.seed = reference_seed;
-    if (of_reference.twin == nullptr) of_reference.twin = galaxy;
+    of_reference.twin = galaxy;
     galaxy->reference_ = read_alone(text, label, of_reference, resources);
     galaxy->reference_->is_reference_ = true;
     return galaxy;
@@ -122,15 +124,17 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
     }
   }
   const Galaxy* twin = settings.twin.get();
+  galaxy->surroundings_ = surroundings_text(root);
   if (const ConfigNode* node = section("arms")) {
-    galaxy->arms_ = twin != nullptr ? twin->arms_ : ArmPattern::read(*node, root.find("arm"));
+    const bool has_twin = twin != nullptr && twin->surroundings_ == galaxy->surroundings_;
+    galaxy->arms_ = has_twin ? twin->arms_ : ArmPattern::read(*node, root.find("arm"));
   } else if (const ConfigNode* arm = root.find("arm")) {
     throw InputError(arm->key_where, "[[arm]] needs [arms] with a model");
   }
   int index = 0;
+  const ComponentSurroundings surroundings{galaxy->arms_, galaxy->axis_[2], galaxy->surroundings_};
   for (const ConfigNode& node : component_list(root, label)) {
-    auto component =
-        read_component(node, ++index, galaxy->arms_, galaxy->axis_[2], settings, resources);
+    auto component = read_component(node, ++index, surroundings, settings, resources);
     for (const auto& other : galaxy->components_) {
       if (other->name() == component->name()) {
         throw InputError(component->where(),
@@ -208,14 +212,12 @@ void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
     if (component->absorbs()) depth += component->amplitude() * component->face_on_column();
   }
   skin_scale_ = static_cast<float>(thick / std::max(depth, thick));
-  if (twin != nullptr) integrals_ = twin->integrals_;
-  for (std::size_t c = integrals_.size(); c < components_.size(); ++c) {
-    integrals_.push_back(components_[c]->envelope_integral() * axis_[0] * axis_[1] * axis_[2]);
-  }
+  add_integrals(twin);
   for (std::size_t c = 0; c < components_.size(); ++c) {
     if (!components_[c]->follows().empty()) {
       followed_[c] = position(components_[c]->follows());
       const auto followed = static_cast<std::size_t>(followed_[c]);
+      components_[c]->follow(components_[followed]->digests());
       if (std::ranges::find(followed_components_, followed) == followed_components_.end()) {
         followed_components_.push_back(followed);
       }
@@ -225,6 +227,19 @@ void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
   }
   resolve_fractions();
   check_densities();
+}
+
+void Galaxy::add_integrals(const Galaxy* twin) {
+  std::map<std::string_view, double> known;
+  for (std::size_t c = 0; twin != nullptr && c < twin->components_.size(); ++c) {
+    known.emplace(twin->components_[c]->digests().envelope, twin->integrals_[c]);
+  }
+  for (const auto& component : components_) {
+    const auto found = known.find(component->digests().envelope);
+    integrals_.push_back(found != known.end()
+                             ? found->second
+                             : component->envelope_integral() * axis_[0] * axis_[1] * axis_[2]);
+  }
 }
 
 const Component* Galaxy::find(const std::string& name) const {

@@ -16,4 +16,16 @@ std::string measure_key(const GalaxySettings& settings);
 /// fractions and the optical depth of smooth layers do not count.
 std::string shape_text(const ConfigNode& file, const GalaxySettings& settings);
 
+/// A text of all but components that decides them: arms and axis of a galaxy file's tree.
+std::string surroundings_text(const ConfigNode& file);
+
+/// The digests of a component's table; `name` is its name. They are alike for those components that
+/// differ in spectrum and light alone. A component that follows another needs its digest, too.
+ComponentDigests component_digests(const ConfigNode& node, const std::string& name,
+                                   const ComponentKind& kind, const std::string& surroundings,
+                                   const GalaxySettings& settings);
+
+/// A digest of two digests.
+std::string digest_together(const std::string& digest_of_one, const std::string& digest_of_other);
+
 }  // namespace gamer

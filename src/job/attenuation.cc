@@ -233,8 +233,8 @@ GalaxyMeasure FixedFluxes::measure(std::size_t galaxy) {
   return result;
 }
 
-/// Gives every rank the layers of all ranks, as many as together take most_layer_bytes on their way.
-/// Every rank calls it.
+/// Gives every rank the layers of all ranks, as many as together take most_layer_bytes on their
+/// way. Every rank calls it.
 void share_layers(const Ranks& ranks, std::size_t galaxies, GalaxyLayers& layers) {
   CalibrationParts own;
   std::size_t room = most_layer_bytes / static_cast<std::size_t>(ranks.size());
@@ -315,7 +315,8 @@ void apply_attenuation(const RenderParameters& parameters, const Bandpass& refer
   constexpr int blocks_per_thread = 16;
   const int block = std::max(1, count / (blocks_per_thread * ranks.size() * threads));
   const std::vector<double> all = ranks.compute_together(
-      even_blocks(count, block), numbers, threads, [&](RowRange rows, std::span<double> values) {
+      even_blocks(count, block), numbers, threads,
+      [&](RowRange rows, std::span<double> values) {
         for (int row = rows.first; row < rows.last; ++row) {
           const std::size_t place = static_cast<std::size_t>(row - rows.first) * numbers;
           measure_galaxy(observed[static_cast<std::size_t>(row)], values.subspan(place, numbers));

@@ -88,6 +88,10 @@ class Measurement {
     std::size_t subject, part;
   };
 
+  /// The name of a part in known_.
+  static std::string known_name(const Subject& subject, const std::string& part) {
+    return subject.galaxy->shape() + ' ' + part;
+  }
   /// Takes from the cache what it holds.
   void recall();
   void measure(GalaxyStatistics::Round round);
@@ -129,7 +133,7 @@ void Measurement::measure_part(Subject& subject, GalaxyStatistics::Round round, 
                                std::span<double> numbers) {
   const std::string name = subject.statistics.name(round, part);
   if (memory_ != nullptr && memory_->recall(name, numbers)) return;
-  const auto known = known_.find(name);
+  const auto known = known_.find(known_name(subject, name));
   const bool is_known = known != known_.end() && known->second.size() <= numbers.size();
   if (is_known) {
     const auto rest = std::ranges::copy(known->second, numbers.begin()).out;
@@ -147,7 +151,8 @@ void Measurement::take(GalaxyStatistics::Round round, const Row& row,
   if (!is_cached_ || calibration_cache() == nullptr || !is_for_cache(*subject.galaxy)) return;
   while (!numbers.empty() && numbers.back() == 0) numbers = numbers.first(numbers.size() - 1);
   std::vector<double> kept(numbers.begin(), numbers.end());
-  if (known_.try_emplace(subject.statistics.name(round, row.part), std::move(kept)).second) {
+  const std::string name = known_name(subject, subject.statistics.name(round, row.part));
+  if (known_.try_emplace(name, std::move(kept)).second) {
     changed_.insert(subject.galaxy->shape());
   }
 }

@@ -169,7 +169,8 @@ bool Renderer::add_layers(int x, int y, int row, Workspace& work, LightSums& sum
     const GalaxyLayer& layer = *work.in_pixel[k].layer;
     if (!layer.has(x, y)) continue;
     const double* const through = layer.values.data() + layer.place(x, y) + planes;
-    if (*std::min_element(through, through + planes) < 1 - medium_.accuracy().most_dimmed) return false;
+    if (*std::min_element(through, through + planes) < 1 - medium_.accuracy().most_dimmed)
+      return false;
   }
   work.through.assign(planes, 1.0);
   for (const auto& [galaxy, layer] : work.in_pixel) {

@@ -184,8 +184,8 @@ View image_view(const PlacedGalaxy& galaxy, const Camera& camera) {
           scale * glm::dvec2(glm::dot(along_x, east), glm::dot(along_y, east))};
 }
 
-/// The parameters of parallel rays along the camera's line of sight, in a square just as wide as the
-/// galaxy.
+/// The parameters of parallel rays along the camera's line of sight, in a square just as wide as
+/// the galaxy.
 RenderParameters stamp_parameters(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                                   const Accuracy& accuracy, const Camera& camera) {
   RenderParameters view = parameters;
@@ -230,7 +230,11 @@ std::vector<double> GalaxyMeasure::packed() const {
 GalaxyMeasure GalaxyMeasure::unpacked(std::span<const double> numbers) {
   const std::span<const double> planes = numbers.subspan(GalaxyMeasure::numbers(0));
   const auto middle = planes.begin() + static_cast<std::ptrdiff_t>(planes.size() / 2);
-  return {{planes.begin(), middle}, {middle, planes.end()}, numbers[0], numbers[1], numbers[2],
+  return {{planes.begin(), middle},
+          {middle, planes.end()},
+          numbers[0],
+          numbers[1],
+          numbers[2],
           numbers[3]};
 }
 
@@ -288,19 +292,20 @@ GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy
   const ImageRegion window = window_of(galaxy, camera);
   const glm::dvec2 centre = *camera.pixel(galaxy.centre);
   SumOfRays sum(image_view(galaxy, camera), spectrum.planes.size(), reach_of(window));
-  layer = renderer.layer(
-      number, window,
-      [&, seen = std::vector<double>(), free = std::vector<double>()](
-          double x, double y, double area, std::span<const double> with,
-          std::span<const double> without) mutable {
-        const auto scaled = [&](std::span<const double> light, std::vector<double>& out) {
-          out.clear();
-          for (const double value : light) out.push_back(galaxy.brightness * area * value);
-        };
-        scaled(with, seen);
-        scaled(without, free);
-        sum.add(x, y, area, seen, free);
-      });
+  layer = renderer.layer(number, window,
+                         [&, seen = std::vector<double>(), free = std::vector<double>()](
+                             double x, double y, double area, std::span<const double> with,
+                             std::span<const double> without) mutable {
+                           const auto scaled = [&](std::span<const double> light,
+                                                   std::vector<double>& out) {
+                             out.clear();
+                             for (const double value : light)
+                               out.push_back(galaxy.brightness * area * value);
+                           };
+                           scaled(with, seen);
+                           scaled(without, free);
+                           sum.add(x, y, area, seen, free);
+                         });
   const std::vector<double> exact = dust_free_flux(galaxy, camera, spectrum);
   GalaxyMeasure result = sum.result(&exact);
   result.optical_depth = renderer.optical_depth(centre.x, centre.y, number);

@@ -494,7 +494,8 @@ double Medium::through(int galaxy, std::size_t plane, const double* through) con
 }
 
 double Medium::at_pivot(std::size_t plane, const double* values) const {
-  return std::inner_product(interpolation_[plane].begin(), interpolation_[plane].end(), values, 0.0);
+  return std::inner_product(interpolation_[plane].begin(), interpolation_[plane].end(), values,
+                            0.0);
 }
 
 void Medium::evaluate(std::span<const std::span<const Hit>> hits_of_ray,

@@ -421,8 +421,7 @@ void Renderer::add_ray(const Sample& sample, std::size_t ray, Workspace& work,
                         std::vector<double>& planes) {
     planes.assign(layout_.spectral(), 0.0);
     medium_.add_planes(hit.galaxy, c, light, is_dust_free, planes);
-    const double brightness =
-        scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].brightness;
+    const double brightness = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].brightness;
     for (double& plane : planes) plane *= brightness * sample.weight;
   };
   for (const Hit& hit : work.hits_of_ray[ray]) {
@@ -436,7 +435,8 @@ void Renderer::add_ray(const Sample& sample, std::size_t ray, Workspace& work,
   if (!layout_.optical_depth()) return;
   work.depth.clear();
   for (std::size_t p = 0; p < layout_.spectral(); ++p) {
-    work.depth.push_back(sample.weight * medium_.at_pivot(p, work.light.depth.data() + ray * nodes));
+    work.depth.push_back(sample.weight *
+                         medium_.at_pivot(p, work.light.depth.data() + ray * nodes));
   }
   sums.add_depth(row, x, work.depth);
 }
@@ -481,14 +481,9 @@ void Renderer::finish(int y, std::size_t row, LightSums& sums) const {
       double& value = pixel[o * width];
       const double sum = value;
       switch (layout_.planes()[o].kind) {
-        case OutputPlane::Kind::optical_depth:
-          break;
-        case OutputPlane::Kind::owner:
-          value = static_cast<double>(owner.number);
-          break;
-        case OutputPlane::Kind::share:
-          value = owner.share;
-          break;
+        case OutputPlane::Kind::optical_depth: break;
+        case OutputPlane::Kind::owner: value = static_cast<double>(owner.number); break;
+        case OutputPlane::Kind::share: value = owner.share; break;
         default:
           value = sum * areas[x] * unit_factors_[layout_.planes()[o].plane];
           if (scene_->unit == PixelUnit::magnitude)

@@ -121,7 +121,8 @@ GalaxyLibrary::Keep GalaxyLibrary::keeper(std::span<const std::shared_ptr<Galaxy
     for (std::size_t g = 0; g < all.size(); ++g) {
       if (all[g].origin.key.empty()) continue;
       const FootprintRange range = footprints.empty() ? FootprintRange() : footprints[g];
-      measured->add(all[g].origin.key, {all[g].galaxy, range, all[g].origin.lookups});
+      measured->add(all[g].origin.key,
+                    {all[g].galaxy, range, all[g].origin.lookups, all[g].origin.label});
     }
   };
 }
@@ -258,14 +259,16 @@ GalaxyLibrary::Source GalaxyLibrary::source_of(const std::string& type, const st
 std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const Source& source) {
   GalaxySettings settings = source.settings;
   settings.reference = references_[type];
-  settings.twin = twins_[type];
-  Origin origin{source.key, {}};
+  const auto [twin, is_first] = twins_.try_emplace(type);
+  if (is_first && measured_ != nullptr) twin->second = measured_->latest(source.text.label);
+  settings.twin = twin->second;
+  Origin origin{source.key, source.text.label, {}};
   const std::shared_ptr<Galaxy> galaxy = [&] {
     const LookupLog log(resources_, source.key.empty() ? nullptr : &origin.lookups);
     return Galaxy::read(source.text.content, source.text.label, settings, resources_);
   }();
   references_[type] = galaxy->reference();
-  if (settings.twin == nullptr) twins_[type] = galaxy;
+  if (is_first) twin->second = galaxy;
   if (!source.key.empty()) origins_[galaxy.get()] = std::move(origin);
   return galaxy;
 }

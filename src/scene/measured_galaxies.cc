@@ -44,9 +44,19 @@ std::optional<MeasuredGalaxies::Entry> MeasuredGalaxies::find(const std::string&
   return found;
 }
 
+std::shared_ptr<const Galaxy> MeasuredGalaxies::latest(const std::string& label) {
+  const std::lock_guard lock(mutex_);
+  const Used* latest = nullptr;
+  for (const auto& [key, known] : galaxies_) {
+    const bool is_later = latest == nullptr || known.number > latest->number;
+    if (is_later && known.entry.label == label) latest = &known;
+  }
+  return latest != nullptr ? latest->entry.galaxy : nullptr;
+}
+
 void MeasuredGalaxies::add(const std::string& key, Entry entry) {
   const std::lock_guard lock(mutex_);
-  galaxies_.insert_or_assign(key, Used{std::move(entry), scene_});
+  galaxies_.insert_or_assign(key, Used{std::move(entry), scene_, ++added_});
 }
 
 }  // namespace gamer

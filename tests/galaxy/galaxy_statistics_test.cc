@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -296,6 +297,71 @@ TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
       "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n", quick_settings());
   EXPECT_EQ(parts_of(*smooth), (std::vector<std::size_t>{0, 0, 0, 0}));
   EXPECT_EQ(smooth->reference(), nullptr);
+}
+
+/// The parts of a galaxy and its reference, by name, without zeros at their end.
+std::map<std::string, std::vector<double>> measured_parts(const std::string& text,
+                                                          const GalaxySettings& settings) {
+  std::map<std::string, std::vector<double>> result;
+  const std::shared_ptr<Galaxy> own = read_galaxy(text, settings);
+  for (Galaxy* const galaxy : {own->reference().get(), own.get()}) {
+    if (galaxy == nullptr) continue;
+    GalaxyStatistics statistics(*galaxy);
+    for (const auto round : GalaxyStatistics::rounds) {
+      for (std::size_t part = 0; part < statistics.parts(round); ++part) {
+        std::vector<double> numbers(statistics.most_numbers(), 0.0);
+        statistics.measure(round, part, numbers);
+        const std::string name = statistics.name(round, part);
+        statistics.take(round, part, numbers);
+        while (!numbers.empty() && numbers.back() == 0) numbers.pop_back();
+        result.emplace(name, numbers);
+      }
+      statistics.finish(round);
+    }
+    statistics.adopt();
+  }
+  return result;
+}
+
+TEST(GalaxyStatistics, PartsOfEqualNamesAreEqualInAllGalaxies) {
+  // Edits, and whether they leave a part as it was.
+  struct Edit {
+    std::string before, after;
+    bool keeps_some;
+  };
+  const std::string veins_end = "octaves = 2\n[[component]]\nclass = \"associations\"";
+  const Edit edits[] = {
+      {"octaves = 3, comb", "octaves = 2, comb", true},
+      {"effective_radius = 0.1", "effective_radius = 0.2", true},
+      {"name = \"plain\"", "name = \"plain\"\nrh = 0.3", true},
+      {"class = \"dust\"", "class = \"dust\"\nz0 = 0.03", true},
+      {"class = \"associations\"", "class = \"associations\"\nnumber = 100", true},
+      {"number = 1e4", "number = 1e4\nrh = 0.3", true},
+      {veins_end, "seed = 4\n" + veins_end, true},
+      {"model = \"logarithmic\"", "model = \"logarithmic\"\npitch_angle = 20", false},
+      {"[arms]", "[galaxy]\naxis = [1, 1, 2]\n[arms]", false},
+  };
+  for (const double tolerance : {1e-1, 1e-3}) {
+    GalaxySettings settings = quick_settings();
+    settings.accuracy = Accuracy::from_tolerance(tolerance);
+    // Closures over few points do not depend on light.
+    if (tolerance < 1e-2) settings.most_cloud_points = std::size_t{1} << 13;
+    const auto known = measured_parts(all_parts, settings);
+    for (const auto& [before, after, keeps_some] : edits) {
+      std::string edited = all_parts;
+      edited.replace(edited.find(before), before.size(), after);
+      std::size_t kept = 0;
+      const auto parts = measured_parts(edited, settings);
+      for (const auto& [name, numbers] : parts) {
+        const auto found = known.find(name);
+        if (found == known.end()) continue;
+        ++kept;
+        EXPECT_EQ(numbers, found->second) << after << ": " << name;
+      }
+      EXPECT_EQ(kept > 0, keeps_some) << after;
+      EXPECT_LT(kept, parts.size()) << after;
+    }
+  }
 }
 
 TEST(GalaxyStatistics, SeedsShareTheClosureOfTheirReferenceAtCoarseTolerances) {

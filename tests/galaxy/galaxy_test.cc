@@ -64,6 +64,41 @@ TEST(Galaxy, IsTheSameWithATwin) {
   }
 }
 
+TEST(Galaxy, IsTheSameWithATwinOfAnotherFile) {
+  const std::string text =
+      "[arms]\nmodel = \"logarithmic\"\n[[arm]]\n[[arm]]\nstrength = 0.7\n" +
+      layer_text("disk", "name = \"d\"\nbreak_radius = 0.5\ntwirl = 0.5") +
+      layer_text("associations", "number = 300\narm_width = 6\nring_radius = 0.4") +
+      layer_text("associations", "number = 300\narm_width = 6\nring_radius = 0.4\nseed = 3") +
+      layer_text("stars", "follows = \"d\"\nnoise = {exponent = 3, octaves = 4}") +
+      layer_text("dust", "inner = 0.05\narm_width = 3\noptical_depth = 2");
+  const std::pair<std::string, std::string> edits[] = {
+      {"break_radius = 0.5", "break_radius = 0.4"},
+      {"number = 300", "number = 200"},
+      {"ring_radius = 0.4", "ring_radius = 0.3"},
+      {"exponent = 3", "exponent = 2"},
+      {"strength = 0.7", "strength = 0.6"},
+      {"seed = 3", "seed = 4"},
+      {"[arms]", "[galaxy]\naxis = [1, 2, 1]\n[arms]"},
+  };
+  GalaxySettings settings = settings_with(1);
+  settings.most_cloud_points = std::size_t{1} << 13;
+  const auto twin = parse_galaxy(text, settings);
+  const std::vector<Vector> positions = positions_in_disk(2000, 0.05);
+  for (const auto& [before, after] : edits) {
+    std::string edited = text;
+    edited.replace(edited.find(before), before.size(), after);
+    settings.twin = nullptr;
+    const auto alone = parse_galaxy(edited, settings);
+    settings.twin = twin;
+    const auto copied = parse_galaxy(edited, settings);
+    EXPECT_EQ(evaluate(*copied, positions), evaluate(*alone, positions)) << after;
+    for (std::size_t c = 0; c < alone->components().size(); ++c) {
+      EXPECT_EQ(copied->luminosity(c), alone->luminosity(c)) << after << ' ' << c;
+    }
+  }
+}
+
 TEST(Galaxy, DensityDoesNotDependOnTheBatch) {
   const auto galaxy = parse_galaxy(rich);
   const std::vector<Vector> positions = positions_in_disk(1000, 0.1);

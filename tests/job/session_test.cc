@@ -151,6 +151,26 @@ TEST(Session, MeasuresAgainWhatDependsOnAChange) {
   EXPECT_GT(session.memory().measured(), measured);
 }
 
+TEST(Session, AnEditOfANoiseMeasuresThatComponentAlone) {
+  const std::string both = std::string(clumpy) +
+                           "[[component]]\nclass = \"disk\"\nname = \"other\"\nsed = \"flat\"\n"
+                           "noise = {octaves = 3}\n";
+  const auto measured_by_edit = [&](const std::string& before, const std::string& after) {
+    const Session session(2);
+    session.render(session.load(input(both)));
+    const std::size_t measured = session.memory().measured();
+    const std::string edited = replaced(both, before, after);
+    expect_equal(session.render(session.load(input(edited))).image, expected_image(edited, view));
+    return session.memory().measured() - measured;
+  };
+  // Its own sums, means and, where they need them, larger clouds.
+  const std::size_t noise = measured_by_edit("octaves = 3", "octaves = 2");
+  const std::size_t all =
+      measured_by_edit("[[component]]", "[galaxy]\naxis = [1, 1, 1.5]\n[[component]]");
+  EXPECT_GE(noise, 2u);
+  EXPECT_LE(noise, all / 3);
+}
+
 /// The galaxy that a render used.
 const Galaxy* galaxy_of(const Rendering& rendering) {
   return rendering.job->scene->galaxies.at(0).galaxy.get();

@@ -290,8 +290,7 @@ constexpr const char* crowd =
     "irregular 9.9997 20.0002 0.3 3 60 22 7\n";
 
 std::string crowded_sky(double tolerance) {
-  return grid_sky(60, 0.2, "",
-                  fmt::format("[sampling]\ntolerance = {}\n", tolerance));
+  return grid_sky(60, 0.2, "", fmt::format("[sampling]\ntolerance = {}\n", tolerance));
 }
 
 // The bits of an image do not depend on whether layers are kept or made anew, nor on the images and
@@ -351,10 +350,10 @@ TEST(Layers, DimWhatIsBehindThem) {
 
 // Galaxies that penetrate each other have common rays.
 TEST(Layers, DoNotPenetrateEachOther) {
-  const RenderJob made =
-      make("galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
-           "dusty_barred 10 20 0.1 4 30 22 7\nirregular 9.9997 20.0002 0.1 3 60 22 7\n",
-           crowded_sky(1e-2));
+  const RenderJob made = make(
+      "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
+      "dusty_barred 10 20 0.1 4 30 22 7\nirregular 9.9997 20.0002 0.1 3 60 22 7\n",
+      crowded_sky(1e-2));
   RenderCounts counts;
   std::vector<double> values(60);
   image_renderer(made).render_rows({30, 31}, values, counts);
@@ -397,8 +396,9 @@ TEST(Calibration, AbsoluteMagnitudesAreThoseOfTheStars) {
 }
 
 TEST(Measure, HalfLightRadiusAndShape) {
-  RenderJob made = make("galaxy ra dec redshift size_arcsec apparent_magnitude\nmixed 10 20 0.1 4 22\n",
-                   sky(90, 0.1, ""));
+  RenderJob made =
+      make("galaxy ra dec redshift size_arcsec apparent_magnitude\nmixed 10 20 0.1 4 22\n",
+           sky(90, 0.1, ""));
   // Without its dust the mixed disk is exponential: R_e = 1.678347 h (docs/facts.md section 5).
   PlacedGalaxy bare = made.scene->galaxies.front();
   Resources resources({GAMER_TEST_SOURCE_DIR});

@@ -82,8 +82,8 @@ struct GalaxySettings {
   std::shared_ptr<const ConfigNode> overrides = nullptr;
   /// The reference of a galaxy of the same file (Galaxy::reference()), or null.
   std::shared_ptr<Galaxy> reference = nullptr;
-  /// A galaxy of an equal file with equal overrides, or null. All that does not depend on the seed
-  /// is copied from it.
+  /// A galaxy from which all is copied that equals it and does not depend on the seed, or null. An
+  /// edited file has most components of the file before.
   std::shared_ptr<const Galaxy> twin = nullptr;
   /// Sets the accuracy of the means of textures.
   Accuracy accuracy = Accuracy::from_tolerance(1e-3);
@@ -98,6 +98,15 @@ struct ColumnCloud {
       columns;                 ///< places where columns meet the plane, weighted with their area
   std::vector<float> heights;  ///< heights along the columns, each weighted with its step dz
   std::vector<float> steps;
+};
+
+/// Digests of what decides a component. Components of equal digests are equal in that respect, in
+/// any galaxy of any file.
+struct ComponentDigests {
+  std::string envelope;  ///< decides the envelope
+  std::string form;      ///< decides all but the amplitude, the spectrum and what a seed changes
+  /// Decides the texture and its statistics, with those of the component that it follows.
+  std::string texture;
 };
 
 /// The properties of a kind of component.
@@ -126,14 +135,15 @@ class Component {
   /// without noise. The points are turned back by the twirl, as for the texture. The cloud must not
   /// outlive the component.
   virtual Cloud cloud(std::size_t size) const = 0;
-  /// Whether texture_mean() gives the means of Phi, since a cloud of points would miss its peaks.
+  /// Whether texture_means() gives the means of Phi, since a cloud of points would miss its peaks.
   virtual bool has_texture_mean() const { return false; }
-  /// The mean of Phi over the component for rays of this width (galaxy radii; 0 resolves
-  /// everything), with a relative error of about `error`. Clouds that it uses have at most
-  /// `most_points`.
-  virtual double texture_mean(double /*width*/, double /*error*/,
-                              std::size_t /*most_points*/) const {
-    return 1;
+  /// The means of Phi over the component for rays of each width (galaxy radii; 0 resolves
+  /// everything), with relative errors of about `errors`. The mean for a width does not depend on
+  /// the others. Clouds that it uses have at most `most_points`.
+  virtual std::vector<double> texture_means(std::span<const double> widths,
+                                            std::span<const double> /*errors*/,
+                                            std::size_t /*most_points*/) const {
+    return std::vector<double>(widths.size(), 1.0);
   }
   /// About `size` columns of `heights` points, spread over a layer; empty for other components.
   virtual ColumnCloud columns(std::size_t /*size*/, std::size_t /*heights*/) const { return {}; }
@@ -185,6 +195,10 @@ class Component {
   /// Share of the galaxy's light, if given instead of an intensity.
   std::optional<double> fraction() const { return fraction_; }
 
+  const ComponentDigests& digests() const { return digests_; }
+  /// Adds what decides the texture of the component that this one follows.
+  void follow(const ComponentDigests& followed);
+
   Texture* texture() { return texture_.get(); }
   const Texture* texture() const { return texture_.get(); }
   /// Name of the component whose noise also modulates this one; empty for none.
@@ -204,6 +218,7 @@ class Component {
   std::shared_ptr<const Sed> sed_;
   std::shared_ptr<const ExtinctionCurve> extinction_;
   std::unique_ptr<Texture> texture_;
+  ComponentDigests digests_;
   SourceLocation where_;
   SourceLocation follows_where_;
 
@@ -221,7 +236,7 @@ struct ComponentInput {
   const GalaxySettings& settings;
   const std::string& name;  ///< the component's name
   Resources& resources;
-  const Component* twin;  ///< this component of GalaxySettings::twin, of the same kind, or null
+  const Component* twin;  ///< a component of equal form (ComponentDigests), or null
 };
 
 /// One kind of component: its declaration and its maker. The registry adds the parameters of its
@@ -233,6 +248,8 @@ struct ComponentKind {
   ParameterTable parameters;
   /// The defaults of its `noise` table; none for kinds without noise.
   std::optional<FractalParameters> noise;
+  /// The parameters that no envelope depends on, besides `noise`.
+  ParameterTable texture_parameters = {};
   std::function<std::unique_ptr<Component>(const ComponentInput&)> make;
 };
 
@@ -244,11 +261,18 @@ void register_component_kind(ComponentKind kind);
 /// Throws InputError at `where` for an unknown name, with near ones.
 const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where);
 
+/// What the components of a galaxy file share.
+struct ComponentSurroundings {
+  const ArmPattern& arms;
+  double axis_z;          ///< the galaxy's stretch along z
+  std::string text = {};  ///< decides arms and axis (ComponentDigests)
+};
+
 /// Builds one component from its [[component]] table; `index` counts within the file. Throws
 /// InputError.
-std::unique_ptr<Component> read_component(const ConfigNode& node, int index, const ArmPattern& arms,
-                                          double axis_z, const GalaxySettings& settings,
-                                          Resources& resources);
+std::unique_ptr<Component> read_component(const ConfigNode& node, int index,
+                                          const ComponentSurroundings& surroundings,
+                                          const GalaxySettings& settings, Resources& resources);
 
 // The kinds.
 ComponentKind bulge_kind();

@@ -101,6 +101,8 @@ class Galaxy {
   static std::shared_ptr<Galaxy> read_alone(std::string_view text, const std::string& label,
                                             const GalaxySettings& settings, Resources& resources);
   void resolve(const std::string& label, const Galaxy* twin);
+  /// Makes integrals_, from the twin where it has an equal envelope.
+  void add_integrals(const Galaxy* twin);
   void resolve_fractions();
   /// Hides all components except the one of this name; luminosity() does not change. Throws
   /// InputError if no component that emits light has the name.
@@ -127,6 +129,7 @@ class Galaxy {
   std::string name_;
   std::string description_;
   std::string shape_;
+  std::string surroundings_;  ///< ComponentSurroundings::text
   std::vector<double> axis_ = {1, 1, 1};
   ArmPattern arms_;
   std::vector<std::unique_ptr<Component>> components_;

@@ -12,9 +12,9 @@
 namespace gamer {
 
 /// A galaxy of fixed flux in pixels of an image, as if it were alone and of brightness 1. A pixel
-/// has `numbers` numbers, each by spectral plane: the light, and the share of light behind the galaxy
-/// that comes through. Then follow the optical depth, the light of each emitting component and the
-/// light without dust, where output planes need them.
+/// has `numbers` numbers, each by spectral plane: the light, and the share of light behind the
+/// galaxy that comes through. Then follow the optical depth, the light of each emitting component
+/// and the light without dust, where output planes need them.
 struct GalaxyLayer {
   ImageRegion region;  ///< of the whole image
   std::size_t numbers = 0;
@@ -42,8 +42,8 @@ struct GalaxyLayer {
   }
 };
 
-/// Layers of a scene's galaxies that are kept from the measurement of their fluxes. A renderer makes
-/// the others itself, with equal bits.
+/// Layers of a scene's galaxies that are kept from the measurement of their fluxes. A renderer
+/// makes the others itself, with equal bits.
 class GalaxyLayers {
  public:
   /// Layers are kept until they take `most_bytes`.

@@ -33,9 +33,9 @@ struct GalaxyMeasure {
 std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& camera,
                                    const Spectrum& spectrum, bool bulge_only = false);
 
-/// Whether a galaxy can be a layer of the image, and be measured with its rays there. It is whole in a
-/// sky view without a grid of rays, and not larger than 128 pixels, which are rectangles of equal
-/// area. None of its stars is drawn by itself.
+/// Whether a galaxy can be a layer of the image, and be measured with its rays there. It is whole
+/// in a sky view without a grid of rays, and not larger than 128 pixels, which are rectangles of
+/// equal area. None of its stars is drawn by itself.
 bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera);
 

@@ -111,11 +111,11 @@ class Medium;
 /// spectral node j. G_j is given for each light component of every hit galaxy, in the order of the
 /// ray's hits.
 struct RayLight {
-  std::vector<std::size_t> begin;      ///< [ray] begin of its part of `light`
-  std::vector<double> light;           ///< [begin[ray] + component * nodes + j]
-  std::vector<double> depth;           ///< [ray * nodes + j] optical depth of the whole ray
-  std::vector<double> through;         ///< [ray * nodes + j] share of light behind that comes through
-  HitTable table;                      ///< finds the hits of the rays
+  std::vector<std::size_t> begin;  ///< [ray] begin of its part of `light`
+  std::vector<double> light;       ///< [begin[ray] + component * nodes + j]
+  std::vector<double> depth;       ///< [ray * nodes + j] optical depth of the whole ray
+  std::vector<double> through;     ///< [ray * nodes + j] share of light behind that comes through
+  HitTable table;                  ///< finds the hits of the rays
   std::vector<std::size_t> first_hit;  ///< [ray] index of its first hit in `hit_begin`
   std::vector<std::size_t> hit_begin;  ///< [hit] begin of its part of `light`
 
@@ -193,8 +193,8 @@ class Medium {
   double unit_of(int galaxy) const {
     return spectra(galaxy).brightness > 0 ? spectra(galaxy).brightness : 1;
   }
-  /// Dust-free flux of a unit of light in a light slot of a cover, in the s-th steering plane and in
-  /// units of the cover's first galaxy.
+  /// Dust-free flux of a unit of light in a light slot of a cover, in the s-th steering plane and
+  /// in units of the cover's first galaxy.
   float steering_flux(const Cover& cover, int slot, std::size_t s) const;
   /// Face-on central brightness of a galaxy's brightest component in the s-th steering plane,
   /// dimmed by the galaxy's own dust, for a galaxy of brightness 1.
@@ -204,8 +204,8 @@ class Medium {
   /// brightness 1. `light` holds its G_j. With `dust_free` the brightness is that without dust.
   void add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
                   std::span<double> out) const;
-  /// The share of light behind a galaxy that comes through it in a plane, from that at the nodes. The
-  /// light is taken to have the spectrum of the galaxy's first component.
+  /// The share of light behind a galaxy that comes through it in a plane, from that at the nodes.
+  /// The light is taken to have the spectrum of the galaxy's first component.
   double through(int galaxy, std::size_t plane, const double* through) const;
   /// The value at a plane's pivot wavelength of a quantity that is known at the nodes.
   double at_pivot(std::size_t plane, const double* values) const;
@@ -260,8 +260,8 @@ class Medium {
   const GalaxyClass& kind(int galaxy) const { return kinds_[spectra(galaxy).kind]; }
   const SharedSpectra& share(int galaxy) const { return shares_[spectra(galaxy).share]; }
   std::size_t planes_times_steps() const { return basis_->planes() * basis_->size(); }
-  /// Dust-free flux of a unit of light in a light component of a galaxy of brightness 1, in the s-th
-  /// steering plane.
+  /// Dust-free flux of a unit of light in a light component of a galaxy of brightness 1, in the
+  /// s-th steering plane.
   double flux(int galaxy, std::size_t component, std::size_t s) const {
     return weights_[share(galaxy).weights + kind(galaxy).light.size() * planes_times_steps() +
                     component * steering_.size() + s];

@@ -110,6 +110,7 @@ class GalaxyLibrary {
   /// Keys and files of galaxies that may be kept.
   struct Origin {
     std::string key;
+    std::string label;
     std::vector<Resources::Lookup> lookups;
   };
   std::map<const Galaxy*, Origin> origins_;

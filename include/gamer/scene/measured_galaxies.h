@@ -22,6 +22,7 @@ class MeasuredGalaxies {
     std::shared_ptr<const Galaxy> galaxy;
     FootprintRange footprints;               ///< for which it is measured
     std::vector<Resources::Lookup> lookups;  ///< the files that it names
+    std::string label;                       ///< of its own file
   };
 
   /// Begins a scene. Galaxies that none of the last eight scenes used are forgotten.
@@ -29,15 +30,19 @@ class MeasuredGalaxies {
   /// The galaxy of this key; `resources` then records its files, too. Nothing if there is no such
   /// galaxy or a file has changed.
   std::optional<Entry> find(const std::string& key, Resources& resources);
+  /// The galaxy that was added last from a file of this label, as a twin of one that is edited;
+  /// null if there is none.
+  std::shared_ptr<const Galaxy> latest(const std::string& label);
   void add(const std::string& key, Entry entry);
 
  private:
   struct Used {
     Entry entry;
-    std::uint64_t scene = 0;  ///< the last that used it
+    std::uint64_t scene = 0;   ///< the last that used it
+    std::uint64_t number = 0;  ///< counts the galaxies added
   };
   std::mutex mutex_;
-  std::uint64_t scene_ = 0;
+  std::uint64_t scene_ = 0, added_ = 0;
   std::map<std::string, Used> galaxies_;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <map>
 #include <numbers>
 #include <numeric>
 
@@ -31,6 +32,8 @@ constexpr std::size_t most_clump_points = 256;
 // A clump is kept if its random number is below so many times the occupancy at its centre. The
 // octaves vary across a clump, hence the margin.
 constexpr double occupancy_margin = 4;
+// Number of clumps whose sums are held at one time.
+constexpr std::size_t clumps_at_a_time = std::size_t{1} << 13;
 
 /// A clump that may be there.
 struct Clump {
@@ -92,96 +95,183 @@ std::vector<Offset> profile_points(std::size_t count) {
 
 using OctaveArrays = AssociationTexture::OctaveArrays;
 
-class Mean {
+/// The means for rays of several footprints. What does not depend on the footprint is worked out
+/// once: clumps, noise and density. The mean for a footprint does not depend on the others.
+class Means {
  public:
-  Mean(const AssociationTexture& texture, const AssociationLayer& layer, double footprint,
-       double error)
-      : texture_(texture), layer_(layer), error_(error), hides_(footprint > 0) {
-    std::fill_n(footprints_.data(), batch_capacity, static_cast<float>(footprint));
+  Means(const AssociationTexture& texture, const AssociationLayer& layer,
+        std::span<const double> footprints, std::span<const double> errors)
+      : texture_(texture),
+        layer_(layer),
+        widths_(footprints.begin(), footprints.end()),
+        errors_(errors.begin(), errors.end()),
+        footprints_(footprints.size()) {
+    for (std::size_t w = 0; w < widths_.size(); ++w) {
+      std::fill_n(footprints_[w].data(), batch_capacity, static_cast<float>(widths_[w]));
+    }
   }
 
-  double value() const {
-    double seen = 0;
-    for (const ClumpLevel& level : texture_.levels()) seen += seen_of(level);
-    const double octaves = mean_of_octaves(1 - seen);
-    double result = octaves;
+  std::vector<double> values() const {
+    const std::vector<double> octaves = means_of_octaves();
+    std::vector<double> result = octaves;
     for (std::size_t l = 0; l < texture_.levels().size(); ++l) {
-      const ClumpLevel& level = texture_.levels()[l];
-      const double clumps = double{level.occupancy} / (level.side * level.side);
-      const double chance = clump_spread * seen_of(level) / std::sqrt(clumps);
-      const double excess = chance / (level_error * error_);
-      if (excess < 1 || 4 / (level.side * level.side) > most_cells) continue;
-      const auto pairs = static_cast<std::size_t>(std::pow(excess, 1.5));
-      const std::size_t points = std::clamp(2 * pairs, fewest_points, most_clump_points);
-      result += seen_of(level) * (mean_of_clumps(l, points) - octaves);
+      std::vector<std::size_t> points(widths_.size());
+      for (std::size_t w = 0; w < widths_.size(); ++w) points[w] = points_of_clump(l, w);
+      if (std::ranges::all_of(points, [](std::size_t count) { return count == 0; })) continue;
+      const std::vector<double> clumps = means_of_clumps(l, points);
+      for (std::size_t w = 0; w < widths_.size(); ++w) {
+        if (points[w] == 0) continue;
+        result[w] += seen_of(texture_.levels()[l], w) * (clumps[w] - octaves[w]);
+      }
     }
-    return result * texture_.scale();
+    for (double& value : result) value *= texture_.scale();
+    return result;
   }
 
  private:
-  double seen_of(const ClumpLevel& level) const {
-    return double{level.share} * seen_share(double{footprints_[0]} * double{level.frequency});
+  double seen_of(const ClumpLevel& level, std::size_t w) const {
+    const double footprint{footprints_[w][0]};
+    return double{level.share} * seen_share(footprint * double{level.frequency});
   }
 
-  /// <M>, of which `share` counts.
-  double mean_of_octaves(double share) const {
-    const auto measure = [&](std::size_t size) {
-      const Cloud cloud = layer_.cloud(size);
-      const auto values = [&](const Points& points, float* out) {
-        OctaveArrays products;
-        fill_products(points, products);
-        std::copy_n(products[texture_.octaves()].data(), padded(points.size), out);
-      };
-      return moments_over(cloud, 0, cloud.batches, values).mean();
-    };
+  /// The number of points of each clump of level l; 0 where the level counts by its mean.
+  std::size_t points_of_clump(std::size_t l, std::size_t w) const {
+    const ClumpLevel& level = texture_.levels()[l];
+    const double clumps = double{level.occupancy} / (level.side * level.side);
+    const double chance = clump_spread * seen_of(level, w) / std::sqrt(clumps);
+    const double excess = chance / (level_error * errors_[w]);
+    if (excess < 1 || 4 / (level.side * level.side) > most_cells) return 0;
+    const auto pairs = static_cast<std::size_t>(std::pow(excess, 1.5));
+    return std::clamp(2 * pairs, fewest_points, most_clump_points);
+  }
+
+  /// <M>, to the error that the share of light outside the clumps seen asks for.
+  std::vector<double> means_of_octaves() const {
     const std::size_t first = std::min(first_points, layer_.most_points);
-    const CloudMean rough = measure(first);
-    const double excess = share * rough.error / rough.mean / error_;
-    if (excess <= 1) return rough.mean;
-    const double needed = points_margin * static_cast<double>(first) * excess * excess;
-    return measure(
-               static_cast<std::size_t>(std::min(needed, static_cast<double>(layer_.most_points))))
-        .mean;
+    std::vector<std::size_t> all(widths_.size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    const std::vector<CloudMean> rough = measure_octaves(first, all);
+    std::vector<double> result;
+    std::map<std::size_t, std::vector<std::size_t>> larger;  // widths by the size of their cloud
+    for (std::size_t w = 0; w < widths_.size(); ++w) {
+      result.push_back(rough[w].mean);
+      double share = 1;
+      for (const ClumpLevel& level : texture_.levels()) share -= seen_of(level, w);
+      const double excess = share * rough[w].error / rough[w].mean / errors_[w];
+      if (excess <= 1) continue;
+      const double needed = points_margin * static_cast<double>(first) * excess * excess;
+      const double most = static_cast<double>(layer_.most_points);
+      larger[static_cast<std::size_t>(std::min(needed, most))].push_back(w);
+    }
+    for (const auto& [size, chosen] : larger) {
+      const std::vector<CloudMean> means = measure_octaves(size, chosen);
+      for (std::size_t k = 0; k < chosen.size(); ++k) result[chosen[k]] = means[k].mean;
+    }
+    return result;
   }
 
-  /// <M C_l>.
-  double mean_of_clumps(std::size_t l, std::size_t points_of_clump) const {
-    const std::vector<Clump> clumps = find_clumps(l);
-    const std::vector<Offset> offsets = profile_points(points_of_clump);
-    const std::size_t points = clumps.size() * offsets.size();
-    std::vector<double> parts((points + batch_capacity - 1) / batch_capacity);
-    parallel_for(parts.size(), [&](std::size_t b) {
-      const std::size_t first = b * batch_capacity;
-      const std::size_t size = std::min(points - first, batch_capacity);
-      const auto clump_of = [&](std::size_t i) -> const Clump& {
-        return clumps[(first + i) / offsets.size()];
-      };
-      BatchArray x{}, y{}, z{}, density;
-      for (std::size_t i = 0; i < size; ++i) {
-        const Clump& clump = clump_of(i);
-        const Offset& offset = offsets[(first + i) % offsets.size()];
-        x[i] = static_cast<float>(clump.x + clump.radius * offset.x);
-        y[i] = static_cast<float>(clump.y + clump.radius * offset.y);
-        z[i] = static_cast<float>(clump.z + clump.radius * offset.z);
-      }
-      const Points at{x.data(), y.data(), z.data(), size};
-      layer_.density(at, density.data());
-      OctaveArrays products;
-      fill_products(at, products);
-      const BatchArray& whole = products[texture_.octaves()];
-      const BatchArray& crowding = products[texture_.octaves_before(l)];
-      for (std::size_t i = 0; i < size; ++i) {
-        const Clump& clump = clump_of(i);
-        const double occupancy =
-            std::min(clump.occupancy * double{std::max(crowding[i], least_complexes)},
-                     double{most_occupancy});
-        const double weight = std::clamp(
-            (1 + double{fade_range} - clump.number / occupancy) / (2 * double{fade_range}), 0.0,
-            1.0);
-        parts[b] += weight / occupancy * clump.light * double{density[i]} * double{whole[i]};
+  /// <M> over about `size` points, for the footprints of these indices.
+  std::vector<CloudMean> measure_octaves(std::size_t size,
+                                         std::span<const std::size_t> chosen) const {
+    const Cloud cloud = layer_.cloud(size);
+    std::vector<CloudMoments> parts(cloud.batches * chosen.size());
+    parallel_for(cloud.batches, [&](std::size_t b) {
+      WeightedBatch batch{};
+      cloud.fill(b, batch);
+      OctaveArrays noise, products;
+      texture_.fill_octaves(batch.points(), noise);
+      for (std::size_t k = 0; k < chosen.size(); ++k) {
+        multiply(batch.size, noise, chosen[k], products);
+        parts[b * chosen.size() + k].add(batch, products[texture_.octaves()].data());
       }
     });
-    return std::accumulate(parts.begin(), parts.end(), 0.0) / static_cast<double>(offsets.size());
+    std::vector<CloudMean> result;
+    for (std::size_t k = 0; k < chosen.size(); ++k) {
+      CloudMoments moments;
+      for (std::size_t b = 0; b < cloud.batches; ++b) {
+        moments.add(parts[b * chosen.size() + k].sums());
+      }
+      result.push_back(moments.mean());
+    }
+    return result;
+  }
+
+  /// <M C_l>; `points` is the number of points of a clump for each footprint, 0 for none.
+  std::vector<double> means_of_clumps(std::size_t l, std::span<const std::size_t> points) const {
+    const std::vector<Clump> clumps = find_clumps(l);
+    const std::vector<bool> is_seen = clumps_there(l, clumps, points);
+    std::vector<std::size_t> seen;
+    for (std::size_t c = 0; c < clumps.size(); ++c) {
+      const auto begin = is_seen.begin() + static_cast<std::ptrdiff_t>(c * widths_.size());
+      if (std::find(begin, begin + std::ssize(widths_), true) != begin + std::ssize(widths_)) {
+        seen.push_back(c);
+      }
+    }
+    const std::vector<Offset> offsets = profile_points(std::ranges::max(points));
+    // Whole clumps fit a batch. The sum for each clump is kept, so that the order of all sums does
+    // not depend on the batches.
+    const std::size_t in_batch = batch_capacity / offsets.size();
+    std::vector<double> result(widths_.size(), 0.0);
+    for (std::size_t first = 0; first < seen.size(); first += clumps_at_a_time) {
+      const std::size_t count = std::min(clumps_at_a_time, seen.size() - first);
+      std::vector<double> sums(count * widths_.size(), 0.0);
+      parallel_for((count + in_batch - 1) / in_batch, [&](std::size_t b) {
+        const std::size_t from = b * in_batch, size = std::min(in_batch, count - from);
+        add_clumps_of(l, clumps, std::span(seen).subspan(first + from, size), offsets, points,
+                      std::span(sums).subspan(from * widths_.size(), size * widths_.size()));
+      });
+      for (std::size_t k = 0; k < count; ++k) {
+        for (std::size_t w = 0; w < widths_.size(); ++w) {
+          const std::size_t at = seen[first + k] * widths_.size() + w;
+          if (is_seen[at]) result[w] += sums[k * widths_.size() + w];
+        }
+      }
+    }
+    for (std::size_t w = 0; w < widths_.size(); ++w) {
+      if (points[w] > 0) result[w] /= static_cast<double>(points[w]);
+    }
+    return result;
+  }
+
+  /// Fills sums[k * footprints + w] with the sum over the first points[w] points of the k-th of
+  /// these clumps, which fit a batch.
+  void add_clumps_of(std::size_t l, const std::vector<Clump>& clumps,
+                     std::span<const std::size_t> chosen, const std::vector<Offset>& offsets,
+                     std::span<const std::size_t> points, std::span<double> sums) const {
+    BatchArray x{}, y{}, z{}, density;
+    std::size_t size = 0;
+    for (const std::size_t c : chosen) {
+      const Clump& clump = clumps[c];
+      for (const Offset& offset : offsets) {
+        x[size] = static_cast<float>(clump.x + clump.radius * offset.x);
+        y[size] = static_cast<float>(clump.y + clump.radius * offset.y);
+        z[size++] = static_cast<float>(clump.z + clump.radius * offset.z);
+      }
+    }
+    const Points at{x.data(), y.data(), z.data(), size};
+    layer_.density(at, density.data());
+    OctaveArrays noise, products;
+    texture_.fill_octaves(at, noise);
+    for (std::size_t w = 0; w < widths_.size(); ++w) {
+      if (points[w] == 0) continue;
+      multiply(size, noise, w, products);
+      const BatchArray& whole = products[texture_.octaves()];
+      const BatchArray& crowding = products[texture_.octaves_before(l)];
+      for (std::size_t k = 0; k < chosen.size(); ++k) {
+        const Clump& clump = clumps[chosen[k]];
+        double& sum = sums[k * widths_.size() + w];
+        const std::size_t begin = k * offsets.size();
+        for (std::size_t i = begin; i < begin + points[w]; ++i) {
+          const double occupancy =
+              std::min(clump.occupancy * double{std::max(crowding[i], least_complexes)},
+                       double{most_occupancy});
+          const double weight = std::clamp(
+              (1 + double{fade_range} - clump.number / occupancy) / (2 * double{fade_range}), 0.0,
+              1.0);
+          sum += weight / occupancy * clump.light * double{density[i]} * double{whole[i]};
+        }
+      }
+    }
   }
 
   /// The clumps of level l that may be there.
@@ -213,13 +303,14 @@ class Mean {
                           double{level.amplitude[k]} * clump_volume * radius * radius * radius});
       }
     }
-    drop_absent(l, result);
     return result;
   }
 
-  /// Drops the clumps that are not there because of the octaves near their centres.
-  void drop_absent(std::size_t l, std::vector<Clump>& clumps) const {
-    std::vector<Clump> kept;
+  /// Whether each clump is there for each footprint with points, [clump * footprints + w]. The
+  /// octaves near its centre decide.
+  std::vector<bool> clumps_there(std::size_t l, const std::vector<Clump>& clumps,
+                                 std::span<const std::size_t> points) const {
+    std::vector<bool> result(clumps.size() * widths_.size(), false);
     for (std::size_t first = 0; first < clumps.size(); first += batch_capacity) {
       const std::size_t size = std::min(clumps.size() - first, batch_capacity);
       BatchArray x{}, y{}, z{};
@@ -228,37 +319,41 @@ class Mean {
         y[i] = static_cast<float>(clumps[first + i].y);
         z[i] = static_cast<float>(clumps[first + i].z);
       }
-      OctaveArrays products;
-      fill_products({x.data(), y.data(), z.data(), size}, products);
-      for (std::size_t i = 0; i < size; ++i) {
-        const Clump& clump = clumps[first + i];
-        const float crowding = std::max(products[texture_.octaves_before(l)][i], least_complexes);
-        if (clump.number <= occupancy_margin * clump.occupancy * double{crowding}) {
-          kept.push_back(clump);
+      OctaveArrays noise, products;
+      texture_.fill_octaves({x.data(), y.data(), z.data(), size}, noise);
+      for (std::size_t w = 0; w < widths_.size(); ++w) {
+        if (points[w] == 0) continue;
+        multiply(size, noise, w, products);
+        const BatchArray& crowding = products[texture_.octaves_before(l)];
+        for (std::size_t i = 0; i < size; ++i) {
+          const Clump& clump = clumps[first + i];
+          const double most = clump.occupancy * double{std::max(crowding[i], least_complexes)};
+          result[(first + i) * widths_.size() + w] = clump.number <= occupancy_margin * most;
         }
       }
     }
-    clumps = std::move(kept);
+    return result;
   }
 
-  void fill_products(const Points& points, OctaveArrays& products) const {
-    OctaveArrays noise;
-    texture_.fill_octaves(points, noise);
-    texture_.multiply_octaves(points.size, noise, hides_ ? footprints_.data() : nullptr, products);
+  void multiply(std::size_t size, const OctaveArrays& noise, std::size_t w,
+                OctaveArrays& products) const {
+    const float* const hidden = widths_[w] > 0 ? footprints_[w].data() : nullptr;
+    texture_.multiply_octaves(size, noise, hidden, products);
   }
 
   const AssociationTexture& texture_;
   const AssociationLayer& layer_;
-  double error_;
-  bool hides_;
-  BatchArray footprints_;
+  std::vector<double> widths_, errors_;
+  std::vector<BatchArray> footprints_;
 };
 
 }  // namespace
 
-double association_mean(const AssociationTexture& texture, const AssociationLayer& layer,
-                        double footprint, double error) {
-  return Mean(texture, layer, footprint, error).value();
+std::vector<double> association_means(const AssociationTexture& texture,
+                                      const AssociationLayer& layer,
+                                      std::span<const double> footprints,
+                                      std::span<const double> errors) {
+  return Means(texture, layer, footprints, errors).values();
 }
 
 }  // namespace gamer

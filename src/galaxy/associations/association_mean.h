@@ -2,6 +2,8 @@
 
 #include <cstddef>
 #include <functional>
+#include <span>
+#include <vector>
 
 #include "galaxy/associations/association_texture.h"
 #include "gamer/noise/cloud.h"
@@ -18,15 +20,17 @@ struct AssociationLayer {
   std::size_t most_points = 0;
 };
 
-/// The mean of Phi over a layer for rays of one footprint (galaxy radii; 0 resolves everything),
-/// with a relative error of about `error`:
+/// The means of Phi over a layer for rays of each footprint (galaxy radii; 0 resolves everything),
+/// with relative errors of about `errors`:
 ///   <Phi>/scale = (1 - sum_l s_l) <M> + sum_l s_l <M C_l>.
 /// Such rays see the share s_l of the light in clumps of level l. C_l is the light of these clumps,
 /// relative to its mean. <M> is a mean over a cloud of points. A cloud would miss
 /// the few brightest clumps. <M C_l> is therefore a sum over all clumps: the light of each, times
 /// the mean of density and M over points that follow its profile. Levels of so many clumps that
 /// their chance counts for little have <M C_l> = <M>.
-double association_mean(const AssociationTexture& texture, const AssociationLayer& layer,
-                        double footprint, double error);
+std::vector<double> association_means(const AssociationTexture& texture,
+                                      const AssociationLayer& layer,
+                                      std::span<const double> footprints,
+                                      std::span<const double> errors);
 
 }  // namespace gamer

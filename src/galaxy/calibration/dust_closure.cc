@@ -14,6 +14,9 @@ namespace {
 
 // Numbers of rays, and of points on face-on rays, on which the transmission of dust is measured.
 constexpr std::size_t coherence_rays = std::size_t{1} << 12;
+// Where clouds have fewer points than this, so many rays suffice.
+constexpr std::size_t coarse_points = std::size_t{1} << 13;
+constexpr std::size_t coarse_rays = std::size_t{1} << 11;
 constexpr double coherence_heights = 10;
 // Heights at which the light behind the dust is added up, and the ratio of successive heights.
 constexpr double lowest_light = 2e-3;
@@ -108,7 +111,10 @@ double DustRays::mean(const std::vector<BatchArray>& values, bool by_light, Term
 }
 
 /// The light behind places in the plane, of a galaxy seen face-on: half of the components' columns.
-void add_light(const Galaxy& galaxy, WeightedBatch& at, BatchArray& light) {
+/// For component c of a coarse measurement it is light that follows the dust.
+void add_light(const Galaxy& galaxy, std::size_t c, WeightedBatch& at, BatchArray& light) {
+  const Component* const dust = galaxy.components()[c].get();
+  const bool is_coarse = is_coarse_closure(galaxy);
   SampleBatch batch{};
   BatchArray envelope;
   std::fill_n(light.data(), batch_capacity, 0.0f);
@@ -119,7 +125,7 @@ void add_light(const Galaxy& galaxy, WeightedBatch& at, BatchArray& light) {
     const bool is_first = z == lowest_light;
     const double step = z * std::log(light_ratio) * (is_first ? 0.5 : 1) + (is_first ? z : 0);
     for (const auto& component : galaxy.components()) {
-      if (component->absorbs()) continue;
+      if (is_coarse ? component.get() != dust : component->absorbs()) continue;
       component->envelope(batch, envelope.data());
       const auto weight = static_cast<float>(step * std::as_const(*component).amplitude());
       for (std::size_t i = 0; i < at.size; ++i) light[i] += weight * envelope[i];
@@ -171,8 +177,9 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
       std::make_unique_for_overwrite<SeenNoise[]>(texture != nullptr ? places * widths.size() : 0),
       std::make_unique_for_overwrite<BatchArray[]>(places * widths.size())};
   // Transmission is weighted with the light where the ray meets the plane, and dust with area.
-  parallel_for(batches,
-               [&](std::size_t b) { add_light(galaxy, cloud.columns[b], result.brightness[b]); });
+  parallel_for(batches, [&](std::size_t b) {
+    add_light(galaxy, c, cloud.columns[b], result.brightness[b]);
+  });
   const auto slope = static_cast<float>(std::sqrt(path * path - 1));
   const Directions to;
   const double mean = galaxy.calibration().means[c].narrowest();
@@ -211,14 +218,17 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
 
 }  // namespace
 
+bool is_coarse_closure(const Galaxy& galaxy) { return galaxy.most_cloud_points() < coarse_points; }
+
 DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std::size_t obliquity,
-                                       std::size_t most_rays, std::span<const double> widths) {
+                                       std::span<const double> widths) {
   DustClosureValues result;
   if (widths.empty()) return result;
   std::vector<double> with_all(widths.begin(), widths.end());
   with_all.push_back(0);
-  const DustRays traced = trace_dust(galaxy, c, DustClosure::obliquities[obliquity],
-                                     std::min(coherence_rays, most_rays), with_all);
+  const DustRays traced =
+      trace_dust(galaxy, c, DustClosure::obliquities[obliquity],
+                 is_coarse_closure(galaxy) ? coarse_rays : coherence_rays, with_all);
   const std::vector<BatchArray> all = traced.depths(widths.size(), 1, {});
   const double whole = traced.amount(all), wanted = traced.light(all, 1);
   if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return result;

@@ -19,11 +19,16 @@ struct DustClosureValues {
 inline constexpr double closure_footprint_ratio = std::numbers::sqrt3;
 inline constexpr double largest_closure_footprint = 1.0 / 9;
 
+/// Whether the closure of a galaxy is measured on fewer rays, since it has small clouds
+/// (Galaxy::most_cloud_points()). The light that the dust hides then counts as if it followed the
+/// dust, and the closure does not depend on other components.
+bool is_coarse_closure(const Galaxy& galaxy);
+
 /// Measures the closure of component c, which absorbs, for rays of one of DustClosure::obliquities
 /// and the given widths. This traces rays through the whole texture and through the texture that
 /// each width sees. The variance of the coherent part is chosen so that both transmit equal light.
 /// The galaxy's means of textures must have been measured.
 DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std::size_t obliquity,
-                                       std::size_t most_rays, std::span<const double> widths);
+                                       std::span<const double> widths);
 
 }  // namespace gamer

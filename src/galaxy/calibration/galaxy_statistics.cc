@@ -111,9 +111,7 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
       normalise(c);
       writer.add(component_at(c).texture()->statistics());
       return;
-    case Round::means:
-      measure_means(c, numbers);
-      return;
+    case Round::means: measure_means(c, numbers); return;
     case Round::larger: {
       const CloudMoments moments = measure_slice(means_[index], slice);
       for (const double sum : moments.sums()) writer.add(sum);
@@ -122,8 +120,7 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
     case Round::closure:
       if (component_at(c).absorbs()) {
         const std::vector<double> widths = dust_widths(c);
-        const DustClosureValues closure =
-            measure_dust_closure(galaxy_, c, index, galaxy_.most_cloud_points(), measured(widths));
+        const DustClosureValues closure = measure_dust_closure(galaxy_, c, index, measured(widths));
         writer.add(closure.coherences);
         writer.add(closure.amounts);
         return;
@@ -148,11 +145,8 @@ void GalaxyStatistics::take(Round round, std::size_t part, std::span<const doubl
         mean.error = reader.number();
       }
       return;
-    case Round::larger:
-      means_[index].moments.add(numbers.first(CloudMoments::count));
-      return;
-    case Round::closure:
-      break;
+    case Round::larger: means_[index].moments.add(numbers.first(CloudMoments::count)); return;
+    case Round::closure: break;
   }
   if (!component.absorbs()) {
     calibration_.largest_phi[c] = reader.number();
@@ -168,12 +162,9 @@ void GalaxyStatistics::take(Round round, std::size_t part, std::span<const doubl
 
 void GalaxyStatistics::finish(Round round) {
   switch (round) {
-    case Round::textures:
-      return plan_means();
-    case Round::means:
-      return plan_slices();
-    case Round::larger:
-      return make_tables();
+    case Round::textures: return plan_means();
+    case Round::means: return plan_slices();
+    case Round::larger: return make_tables();
     case Round::closure:
       if (is_reference()) {
         calibration_.dust = std::make_shared<const std::vector<DustClosure>>(dust_);
@@ -338,9 +329,11 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
   }
   NumberWriter writer(numbers);
   if (component_at(c).has_texture_mean()) {
-    for (const double width : widths) {
-      writer.add(component_at(c).texture_mean(width, error_of_texture_mean(c, width),
-                                              galaxy_.most_cloud_points()));
+    std::vector<double> errors;
+    for (const double width : widths) errors.push_back(error_of_texture_mean(c, width));
+    for (const double mean :
+         component_at(c).texture_means(widths, errors, galaxy_.most_cloud_points())) {
+      writer.add(mean);
       writer.add(0);
     }
     return;

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "galaxy/calibration/dust_closure.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 
 namespace gamer {
@@ -13,12 +14,11 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
   const auto append_widths = [](std::span<const double> widths, std::string& text) {
     for (const double width : widths) text += fmt::format(" {:a}", width);
   };
-  std::string text = galaxy_.shape();
+  std::string text = component_at(c).digests().texture;
   switch (round) {
-    case Round::textures:
-      return text + fmt::format(" texture {}", c);
+    case Round::textures: return text + " texture";
     case Round::means: {
-      text += fmt::format(" means {}", c);
+      text += " means";
       for (const Mean& mean : means_) {
         if (mean.component != c) continue;
         append_widths({&mean.footprint, 1}, text);
@@ -30,17 +30,19 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
     }
     case Round::larger: {
       const Mean& mean = means_[index];
-      text += fmt::format(" mean {} {} {} of {}", c, mean.points, slice, mean.slices);
+      text += fmt::format(" mean {} {} of {}", mean.points, slice, mean.slices);
       append_widths({&mean.footprint, 1}, text);
       return text;
     }
     case Round::closure: {
-      // Light in front of dust counts by its amplitude, and so does the mean of a field's texture.
-      text += fmt::format(" closure {} {}", c, index);
-      for (const auto& component : galaxy_.components()) {
-        text += fmt::format(" {:a}", std::as_const(*component).amplitude());
-      }
+      text += fmt::format(" closure {} {:a}", index, component_at(c).amplitude());
       if (!component_at(c).absorbs()) return text;
+      // The envelopes of all light in front of the dust count.
+      for (const auto& component : galaxy_.components()) {
+        if (component->absorbs() || is_coarse_closure(galaxy_)) continue;
+        text += fmt::format(" {} {:a}", component->digests().envelope,
+                            std::as_const(*component).amplitude());
+      }
       const std::vector<double> widths = dust_widths(c);
       append_widths(measured(widths), text);
       return text;

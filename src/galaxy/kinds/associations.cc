@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <span>
+#include <vector>
 
 #include "galaxy/associations/association_mean.h"
 #include "galaxy/associations/association_texture.h"
@@ -39,7 +41,8 @@ class Associations : public Layer {
 
   double envelope_integral() const override { return integral_; }
   bool has_texture_mean() const override { return true; }
-  double texture_mean(double width, double error, std::size_t most_points) const override {
+  std::vector<double> texture_means(std::span<const double> widths, std::span<const double> errors,
+                                    std::size_t most_points) const override {
     AssociationLayer layer;
     layer.density = [&](const Points& points, float* out) {
       envelope_at(points, out);
@@ -49,8 +52,10 @@ class Associations : public Layer {
     };
     layer.cloud = [this](std::size_t size) { return cloud(size); };
     layer.most_points = most_points;
-    return association_mean(static_cast<const AssociationTexture&>(*texture()), layer,
-                            width * footprint_scale(), error);
+    std::vector<double> footprints(widths.begin(), widths.end());
+    for (double& footprint : footprints) footprint *= footprint_scale();
+    return association_means(static_cast<const AssociationTexture&>(*texture()), layer, footprints,
+                             errors);
   }
 
  private:
@@ -111,7 +116,8 @@ ComponentKind associations_kind() {
   kind.name = "associations";
   kind.description = "young stars as objects: round clumps of all luminosities, in complexes";
   const AssociationParameters defaults;
-  kind.parameters = association_layer_parameters() + defaults.table();
+  kind.parameters = association_layer_parameters();
+  kind.texture_parameters = defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
     const GalaxySettings& settings = input.settings;
     AssociationParameters parameters = defaults;

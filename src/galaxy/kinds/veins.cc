@@ -55,7 +55,8 @@ ComponentKind veins_kind() {
       "absorbing layer of veins along the arms and of spurs that leave them (Bizard 2018)";
   kind.traits = {.emits = false, .absorbs = true};
   const VeinParameters defaults;
-  kind.parameters = vein_layer_parameters() + defaults.table();
+  kind.parameters = vein_layer_parameters();
+  kind.texture_parameters = defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
     const LayerShape shape = Layer::read_shape(input, false);
     return std::make_unique<Veins>(
@@ -72,7 +73,8 @@ ComponentKind veins_light_kind() {
   VeinParameters defaults;
   defaults.density_low = 0.1;
   defaults.clumpiness = 5;
-  kind.parameters = vein_layer_parameters() + defaults.table();
+  kind.parameters = vein_layer_parameters();
+  kind.texture_parameters = defaults.table();
   kind.make = [defaults](const ComponentInput& input) -> std::unique_ptr<Component> {
     const LayerShape shape = Layer::read_shape(input, false);
     return std::make_unique<Veins>(shape, 1.0, make_texture(input, defaults, shape));

@@ -277,8 +277,8 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     const std::size_t at = static_cast<std::size_t>(result) * nodes + ws.steering_node[s];
     return double{ws.segment_transmission[at]};
   };
-  // All light is in units of the nearest galaxy, so that a ray through one galaxy does not depend on
-  // the galaxy's brightness.
+  // All light is in units of the nearest galaxy, so that a ray through one galaxy does not depend
+  // on the galaxy's brightness.
   const auto units_of = [&, unit = medium_.unit_of(hits.front().galaxy)](int galaxy) {
     return medium_.unit_of(galaxy) / unit;
   };
@@ -291,8 +291,8 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     const Segment& segment = ws.segments[static_cast<std::size_t>(r)];
     transmitted.enter(segment);
     for (std::int32_t v = 0; v < segment.results(); ++v) {
-      intensity += transmitted.in_front(v) * units(segment) *
-                   double{light_of(segment.result + v).value};
+      intensity +=
+          transmitted.in_front(v) * units(segment) * double{light_of(segment.result + v).value};
       transmitted.pass(v, share_of(segment.result + v));
     }
     depth += double{depth_of(segment.result).value};
@@ -300,8 +300,7 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
   }
   double typical = 0;
   for (const Hit& hit : hits) {
-    typical =
-        std::max(typical, units_of(hit.galaxy) * medium_.typical_brightness(hit.galaxy, s));
+    typical = std::max(typical, units_of(hit.galaxy) * medium_.typical_brightness(hit.galaxy, s));
   }
   // Behind thick dust an image may be much fainter than the galaxy's face-on brightness.
   const double dimmed = typical * std::exp(-0.5 * std::min(depth, deepest));

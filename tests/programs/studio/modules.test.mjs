@@ -12,6 +12,7 @@ import {History} from '../../../studio/history.js';
 import {uselessness} from '../../../studio/key_use.js';
 import {shareEdits, shareFactors, sharing, valueEdits} from '../../../studio/light.js';
 import {packTexels} from '../../../studio/picture.js';
+import {planeGroups} from '../../../studio/plane_groups.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
 import {columnsOf, hasInclination, poleOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
@@ -466,4 +467,19 @@ test('four planes make a texel, and what is not finite is dark', () => {
   const values = Float32Array.of(1, 2, 3, NaN, 5, 6, 7, Infinity, 9, 10);
   assert.deepEqual([...packTexels(values, 2, 0)], [1, 3, 5, 7, 2, 0, 6, 0]);
   assert.deepEqual([...packTexels(values, 2, 1)], [9, 0, 0, 0, 10, 0, 0, 0]);
+});
+
+test('planes whose weights change alike are one group', () => {
+  const base = [[1, 0, 0], [0, 2, 0], [0, 0, 3], [0, 0, 0]];
+  assert.deepEqual(planeGroups(base, base), {factors: [1, 0], groups: [0, 0, 0, 0]});
+  const moved = [[0.5, 0, 0], [0, 3, 0], [0, 0, 1.5], [0, 0, 0]];
+  assert.deepEqual(planeGroups(base, moved), {factors: [0.5, 1.5], groups: [0, 1, 0, 0]});
+  // Six digits of a share count as equal, a seventh of a per mille does not.
+  assert.deepEqual(planeGroups(base, [[1, 0, 0], [0, 2.00001, 0], [0, 0, 3], [0, 0, 0]]).groups, [0, 0, 0, 0]);
+  assert.deepEqual(planeGroups(base, [[1, 0, 0], [0, 2.0003, 0], [0, 0, 3], [0, 0, 0]]).groups, [0, 1, 0, 0]);
+  // Three factors, another channel, light where there was none.
+  assert.equal(planeGroups(base, [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]), null);
+  assert.equal(planeGroups(base, [[0, 1, 0], [0, 2, 0], [0, 0, 3], [0, 0, 0]]), null);
+  assert.equal(planeGroups(base, [[1, 0, 0], [0, 2, 0], [0, 0, 3], [1, 0, 0]]), null);
+  assert.equal(planeGroups(base, base.slice(1)), null);
 });

@@ -239,6 +239,26 @@ class PageTest(unittest.TestCase):
         scale = max(rendered[0])
         self.assertLess(max(abs(a - b) for a, b in zip(shown[0], rendered[0])), 0.01 * scale)
 
+    def test_shares_that_move_are_two_sums(self):
+        page = self.page
+        for share in (0.4, 0.6, 0.8):
+            page.run("studio.preview.showShares([{set: [0, 'fraction', arguments[0]]}, {set: [1, 'fraction', 1 - arguments[0]]}])",
+                     share)
+            grouped = page.shown()
+            if share > 0.4:
+                self.assertFalse(page.value("studio.picture.isSummed"))
+                self.assertTrue(page.value("studio.picture.summed !== null"))
+            page.run("studio.picture.sumUp()")
+            whole = page.shown()
+            # The last level of eight bits may be rounded to the other side.
+            self.assertLessEqual(max(abs(a - b) for a, b in zip(grouped, whole)), 1)
+            self.assertGreater(max(whole), 100)
+        # Another frame has sums of its own.
+        page.run("studio.preview.ask(false)")
+        page.settle()
+        page.shown()
+        self.assertIsNone(page.value("studio.picture.summed"))
+
     def test_shares_keep_their_sum(self):
         page = self.page
         page.select("core")

@@ -12,8 +12,8 @@
 
 namespace gamer {
 
-/// A memory of measured parts of galaxies (GalaxyStatistics::name()), so that galaxies of equal
-/// shape are measured once. It holds a limited number of bytes and forgets what was not used for
+/// A memory of measured parts of galaxies (GalaxyStatistics::name()), so that equal components
+/// are measured once. It holds a limited number of bytes and forgets what was not used for
 /// longest. Parts lie together in large blocks, apart from what renders need for a moment, and are
 /// freed together. Several threads may use it.
 class CalibrationMemory {

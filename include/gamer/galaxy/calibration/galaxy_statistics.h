@@ -101,7 +101,7 @@ class GalaxyStatistics {
   std::size_t first_points() const;
   /// The relative error that the mean of component c's Phi at this footprint may have.
   double wanted_error(std::size_t c, double footprint) const;
-  /// That error for Component::texture_mean(), rounded down to a power of 2. Most changes of light
+  /// That error for Component::texture_means(), rounded down to a power of 2. Most changes of light
   /// fractions thus measure nothing again.
   double error_of_texture_mean(std::size_t c, double footprint) const;
   /// Component c's share of the galaxy's light; 1 for dust, and in galaxies with a star field.
