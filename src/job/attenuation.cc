@@ -233,6 +233,28 @@ GalaxyMeasure FixedFluxes::measure(std::size_t galaxy) {
   return result;
 }
 
+/// The galaxies whose observed light counts. Decides which of them have a fixed flux and, if some
+/// have, which galaxies are layers.
+std::vector<std::size_t> find_observed(const RenderParameters& parameters, bool is_draft,
+                                       RenderJob& job) {
+  Scene& scene = *job.scene;
+  std::vector<std::size_t> observed;
+  bool has_fixed = false;
+  for (std::size_t g = 0; g < scene.galaxies.size(); ++g) {
+    PlacedGalaxy& placed = scene.galaxies[g];
+    const ObservedLight light =
+        observed_light(placed, parameters, job.camera, scene.unit, is_draft);
+    if (light == ObservedLight::none) continue;
+    placed.has_fixed_flux = light == ObservedLight::rays;
+    has_fixed = has_fixed || placed.has_fixed_flux;
+    observed.push_back(g);
+  }
+  for (PlacedGalaxy& placed : scene.galaxies) {
+    placed.is_layer = has_fixed && can_be_layer(placed, parameters, job.camera);
+  }
+  return observed;
+}
+
 /// Gives every rank the layers of all ranks, as many as together take most_layer_bytes on their
 /// way. Every rank calls it.
 void share_layers(const Ranks& ranks, std::size_t galaxies, GalaxyLayers& layers) {
@@ -275,21 +297,10 @@ void apply_attenuation(const RenderParameters& parameters, const Bandpass& refer
   band.planes = {
       {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
   band.igm = parameters.spectrum.igm;
-  std::vector<std::size_t> observed;
-  std::optional<FixedFluxes> fixed;
-  for (std::size_t g = 0; g < scene.galaxies.size(); ++g) {
-    PlacedGalaxy& placed = scene.galaxies[g];
-    const ObservedLight light =
-        observed_light(placed, parameters, job.camera, scene.unit, pending.is_draft);
-    if (light == ObservedLight::none) continue;
-    placed.has_fixed_flux = light == ObservedLight::rays;
-    observed.push_back(g);
-  }
+  const std::vector<std::size_t> observed = find_observed(parameters, pending.is_draft, job);
   const auto is_fixed = [&](std::size_t g) { return scene.galaxies[g].has_fixed_flux; };
+  std::optional<FixedFluxes> fixed;
   if (std::ranges::any_of(observed, is_fixed)) {
-    for (PlacedGalaxy& placed : scene.galaxies) {
-      placed.is_layer = placed.has_fixed_flux || can_be_layer(placed, parameters, job.camera);
-    }
     fixed.emplace(parameters, reference, pending.truth, job);
   }
   const AttenuationNames names(parameters, job.camera, reference,

@@ -35,9 +35,10 @@ inline Resources text_resources(const TextScene& text) {
 
 inline Renderer text_renderer(const TextScene& text, const TruthSettings& truth = {}) {
   Resources resources = text_resources(text);
-  return image_renderer(measured_job(RenderParameters::read(parse_toml(text.parameters, "render.par")),
-                                  text.scene, "scene.lst", resources),
-                     truth);
+  return image_renderer(
+      measured_job(RenderParameters::read(parse_toml(text.parameters, "render.par")), text.scene,
+                   "scene.lst", resources),
+      truth);
 }
 
 /// Renders on the calling thread, through the same steps as the program.

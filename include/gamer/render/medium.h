@@ -193,8 +193,8 @@ class Medium {
   double unit_of(int galaxy) const {
     return spectra(galaxy).brightness > 0 ? spectra(galaxy).brightness : 1;
   }
-  /// Dust-free flux of a unit of light in a light slot of a cover, in the s-th steering plane and
-  /// in units of the cover's first galaxy.
+  /// Dust-free flux of a unit of light in a light slot of a cover, in the s-th steering plane. Its
+  /// unit is the brightness of the cover's first galaxy.
   float steering_flux(const Cover& cover, int slot, std::size_t s) const;
   /// Face-on central brightness of a galaxy's brightest component in the s-th steering plane,
   /// dimmed by the galaxy's own dust, for a galaxy of brightness 1.

@@ -263,6 +263,20 @@ void AdaptiveSampler::integrate_pieces(AdaptiveWorkspace& ws) const {
   }
 }
 
+double AdaptiveSampler::unit_of(const Segment& segment, const AdaptiveWorkspace& ws) const {
+  return medium_.unit_of(ws.covers[static_cast<std::size_t>(segment.cover)].galaxies.front());
+}
+
+double AdaptiveSampler::typical_brightness(std::span<const Hit> hits, std::size_t s) const {
+  const double unit = medium_.unit_of(hits.front().galaxy);
+  double typical = 0;
+  for (const Hit& hit : hits) {
+    const double own = medium_.typical_brightness(hit.galaxy, s);
+    typical = std::max(typical, medium_.unit_of(hit.galaxy) / unit * own);
+  }
+  return typical;
+}
+
 AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, std::int32_t first,
                                                    std::size_t s, AdaptiveWorkspace& ws) const {
   const std::size_t planes = ws.steering_node.size(), nodes = medium_.nodes();
@@ -277,14 +291,8 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     const std::size_t at = static_cast<std::size_t>(result) * nodes + ws.steering_node[s];
     return double{ws.segment_transmission[at]};
   };
-  // All light is in units of the nearest galaxy, so that a ray through one galaxy does not depend
-  // on the galaxy's brightness.
-  const auto units_of = [&, unit = medium_.unit_of(hits.front().galaxy)](int galaxy) {
-    return medium_.unit_of(galaxy) / unit;
-  };
-  const auto units = [&](const Segment& segment) {
-    return units_of(ws.covers[static_cast<std::size_t>(segment.cover)].galaxies.front());
-  };
+  const double unit = medium_.unit_of(hits.front().galaxy);
+  const auto units = [&](const Segment& segment) { return unit_of(segment, ws) / unit; };
   double intensity = 0, depth = 0, count = 0;
   Transmitted transmitted;
   for (std::int32_t r = first; r != no_segment; r = ws.segments[static_cast<std::size_t>(r)].next) {
@@ -298,10 +306,7 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     depth += double{depth_of(segment.result).value};
     ++count;
   }
-  double typical = 0;
-  for (const Hit& hit : hits) {
-    typical = std::max(typical, units_of(hit.galaxy) * medium_.typical_brightness(hit.galaxy, s));
-  }
+  const double typical = typical_brightness(hits, s);
   // Behind thick dust an image may be much fainter than the galaxy's face-on brightness.
   const double dimmed = typical * std::exp(-0.5 * std::min(depth, deepest));
   const double scale = std::max(intensity, accuracy.faint_share * dimmed);

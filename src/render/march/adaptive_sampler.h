@@ -64,7 +64,13 @@ class AdaptiveSampler : public Sampler {
   void integrate_pieces(AdaptiveWorkspace& ws) const;
   void integrate(const SegmentLevel& level, std::size_t variant, std::span<const double> weights,
                  const std::uint8_t* has_variants, bool is_first, AdaptiveWorkspace& ws) const;
-  /// Sum of squared errors of a ray in one steering plane, the allowed sum, and the segments.
+  /// The brightness in units of which a segment has its light.
+  double unit_of(const Segment& segment, const AdaptiveWorkspace& ws) const;
+  /// The largest Medium::typical_brightness() of hit galaxies, in units of the nearest galaxy.
+  double typical_brightness(std::span<const Hit> hits, std::size_t s) const;
+  /// Sum of squared errors of a ray in one steering plane, the allowed sum, and the segments. Light
+  /// is in units of the nearest galaxy, so that a ray through one galaxy does not depend on its
+  /// brightness.
   struct Errors {
     double square, allowed, count;
   };
