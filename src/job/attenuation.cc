@@ -136,6 +136,13 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
   return has_dust ? ObservedLight::dust : ObservedLight::none;
 }
 
+void find_layers(RenderJob& job, bool is_draft) {
+  for (PlacedGalaxy& placed : job.scene->galaxies) {
+    placed.is_layer = !is_draft && job.scene->unit != PixelUnit::relative &&
+                      can_be_layer(placed, job.parameters, job.camera);
+  }
+}
+
 FootprintRange attenuation_footprints(const RenderParameters& parameters) {
   return measure_footprints(parameters, ray_distance);
 }
@@ -233,24 +240,17 @@ GalaxyMeasure FixedFluxes::measure(std::size_t galaxy) {
   return result;
 }
 
-/// The galaxies whose observed light counts. Decides which of them have a fixed flux and, if some
-/// have, which galaxies are layers.
+/// The galaxies whose observed light counts. Decides which of them have a fixed flux.
 std::vector<std::size_t> find_observed(const RenderParameters& parameters, bool is_draft,
                                        RenderJob& job) {
-  Scene& scene = *job.scene;
   std::vector<std::size_t> observed;
-  bool has_fixed = false;
-  for (std::size_t g = 0; g < scene.galaxies.size(); ++g) {
-    PlacedGalaxy& placed = scene.galaxies[g];
+  for (std::size_t g = 0; g < job.scene->galaxies.size(); ++g) {
+    PlacedGalaxy& placed = job.scene->galaxies[g];
     const ObservedLight light =
-        observed_light(placed, parameters, job.camera, scene.unit, is_draft);
+        observed_light(placed, parameters, job.camera, job.scene->unit, is_draft);
     if (light == ObservedLight::none) continue;
     placed.has_fixed_flux = light == ObservedLight::rays;
-    has_fixed = has_fixed || placed.has_fixed_flux;
     observed.push_back(g);
-  }
-  for (PlacedGalaxy& placed : scene.galaxies) {
-    placed.is_layer = has_fixed && can_be_layer(placed, parameters, job.camera);
   }
   return observed;
 }

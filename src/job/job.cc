@@ -211,6 +211,7 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
   const RenderJob::Pending pending = std::exchange(job.pending, {});
   measure_galaxies(pending.galaxies, pending.footprints, ranks, memory);
   if (pending.keep) pending.keep(pending.footprints);
+  find_layers(job, pending.is_draft);
   if (pending.attenuation != nullptr) {
     // Views of a galaxy at coarse tolerances share one measurement.
     const RenderParameters parameters =

@@ -88,6 +88,7 @@ RenderJob make(const std::string& list, const std::string& toml, bool truth = fa
   RenderJob job{std::move(parameters), camera, std::move(spectrum), std::move(scene), {}};
   RenderJob::Pending pending;
   pending.truth = truth;
+  find_layers(job, false);
   apply_attenuation(job.parameters, *band, pending, Ranks(), 2, job);
   return job;
 }
@@ -353,12 +354,13 @@ TEST(Layers, DoNotPenetrateEachOther) {
   const RenderJob made = make(
       "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
       "dusty_barred 10 20 0.1 4 30 22 7\nirregular 9.9997 20.0002 0.1 3 60 22 7\n",
-      crowded_sky(1e-2));
+      crowded_sky(0.05));
+  EXPECT_EQ(Accuracy::from_tolerance(0.05).most_dimmed, 1);
   RenderCounts counts;
   std::vector<double> values(60);
   image_renderer(made).render_rows({30, 31}, values, counts);
   EXPECT_GT(counts.rays, 0u);
-  RenderJob apart = make(crowd, crowded_sky(1e-2));
+  const RenderJob apart = make(crowd, crowded_sky(0.05));
   counts = {};
   // All that is left is the smooth galaxy.
   image_renderer(apart).render_rows({30, 31}, values, counts);

@@ -21,14 +21,18 @@ enum class ObservedLight {
 ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters& parameters,
                              const Camera& camera, PixelUnit unit, bool is_draft);
 
+/// Decides which galaxies of a job are layers: those that can be, whatever else the scene holds.
+/// Drafts have none.
+void find_layers(RenderJob& job, bool is_draft);
+
 /// The footprints of the parallel rays of apply_attenuation().
 FootprintRange attenuation_footprints(const RenderParameters& parameters);
 
 /// Divides the brightness of observed galaxies by the share of their light that is seen in the
 /// reference band. Their magnitudes then include dust. The band is at rest for absolute magnitudes.
-/// Every rank calls this function with an equal job. Each galaxy is measured alone, once, in
-/// `threads` threads per rank, at sampling.tolerance. bench/survey_bench.py gives the errors of
-/// magnitudes.
+/// Every rank calls this function with an equal job, after find_layers(). Each galaxy is measured
+/// alone, once, in `threads` threads per rank, at sampling.tolerance. bench/survey_bench.py gives
+/// the errors of magnitudes.
 ///
 /// Galaxies of fixed flux are measured in all planes of the image, if the reference band is one of
 /// them. The job then has their layers, and their measured properties if it makes a table of truth.

@@ -48,8 +48,8 @@ struct PlacedGalaxy {
   bool is_absolute = false;  ///< whether its magnitude is absolute
   /// Whether its brightness was set so that its rays in this image add up to its magnitude.
   bool has_fixed_flux = false;
-  /// Whether it is rendered by itself, and then laid over what is behind it (GalaxyLayer). It is so
-  /// if its flux is fixed.
+  /// Whether it is rendered by itself, and then laid over what is behind it (GalaxyLayer). Every
+  /// galaxy of fixed flux is.
   bool is_layer = false;
   /// Radius of a sphere around `centre` that holds the stretched ball, scene units.
   double bounding_radius = 1;
