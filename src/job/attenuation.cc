@@ -33,37 +33,58 @@ std::string digest(const std::string& text) {
 /// Names of attenuations: digests of all that decides them.
 class AttenuationNames {
  public:
+  /// `planes` are those in which galaxies of fixed flux are measured, with `spectral_nodes`.
   AttenuationNames(const RenderParameters& parameters, const Camera& camera,
-                   const Bandpass& reference, std::span<const double> spectral_nodes);
+                   const Bandpass& reference, const Spectrum& planes,
+                   std::vector<double> spectral_nodes);
   std::string name(const PlacedGalaxy& probe) const;
 
  private:
-  /// Appends the light of an SED in the band, and the extinction there.
-  void append_light(const Sed& sed, double redshift, std::string& text) const;
+  /// The wavelengths that matter: those of spectra, and some at which dust is known.
+  struct Light {
+    Sed::Range range;
+    std::vector<double> wavelengths;
+  };
+  /// Appends the light of an SED in a range.
+  static void append_light(const Sed& sed, double redshift, const Sed::Range& range,
+                           std::string& text);
 
   const Camera& camera_;
-  Sed::Range band_;
-  std::vector<double> wavelengths_;  ///< of the band's quadrature
-  std::string common_;               ///< what all galaxies share
-  std::string pixels_;  ///< the places of the image's pixels in the sky, and the spectral nodes
+  Light band_;          ///< of the reference band
+  Light planes_;        ///< of all planes
+  std::string common_;  ///< what all galaxies share
+  std::string pixels_;  ///< the places of the image's pixels in the sky, and its planes
 };
 
 AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Camera& camera,
-                                   const Bandpass& reference,
-                                   std::span<const double> spectral_nodes)
-    : camera_(camera), band_(reference.range()) {
-  const Bandpass::Nodes nodes = reference.nodes();
-  wavelengths_ = nodes.wavelength;
-  common_ = reference.name();
-  for (const double number : nodes.wavelength) append(number, common_);
-  for (const double number : nodes.weight) append(number, common_);
+                                   const Bandpass& reference, const Spectrum& planes,
+                                   std::vector<double> spectral_nodes)
+    : camera_(camera),
+      band_{reference.range(), reference.nodes().wavelength},
+      planes_{band_.range, std::move(spectral_nodes)} {
+  const auto append_band = [](const Bandpass& band, std::string& text) {
+    text += band.name();
+    const Bandpass::Nodes nodes = band.nodes();
+    for (const double number : nodes.wavelength) append(number, text);
+    for (const double number : nodes.weight) append(number, text);
+  };
+  append_band(reference, common_);
   append(parameters.sampling.tolerance, common_);
   append(camera.right(), common_);
   const Camera whole = camera.with_window({0, 0, camera.width(), camera.height()});
   if (camera.projection() == Projection::sky) {
     pixels_ = fmt::format("{} {} ", camera.width(), camera.height());
     for (const std::string& record : whole.wcs_records()) pixels_ += record;
-    for (const double node : spectral_nodes) append(node, pixels_);
+    for (const double node : planes_.wavelengths) append(node, pixels_);
+    for (const SpectralPlane& plane : planes.planes) {
+      append(plane.wavelength, pixels_);
+      if (plane.band != nullptr) append_band(*plane.band, pixels_);
+      const Sed::Range range = plane.band != nullptr
+                                   ? plane.band->range()
+                                   : Sed::Range{plane.wavelength, plane.wavelength};
+      planes_.range = {std::min(planes_.range.low, range.low),
+                       std::max(planes_.range.high, range.high)};
+    }
     pixels_ = digest(pixels_);
   }
   for (const ParameterSection& section : render_parameter_sections()) {
@@ -79,15 +100,16 @@ AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Cam
   common_ = digest(common_);
 }
 
-void AttenuationNames::append_light(const Sed& sed, double redshift, std::string& text) const {
+void AttenuationNames::append_light(const Sed& sed, double redshift, const Sed::Range& range,
+                                    std::string& text) {
   text += sed.name();
-  const Sed::Range range = sed.range();
-  for (const double wavelength : {band_.low, band_.high}) {
-    append(sed.flux(std::clamp(wavelength / (1 + redshift), range.low, range.high)), text);
+  const Sed::Range known = sed.range();
+  for (const double wavelength : {range.low, range.high}) {
+    append(sed.flux(std::clamp(wavelength / (1 + redshift), known.low, known.high)), text);
   }
   const auto kinks = sed.kinks();
-  const auto first = std::ranges::lower_bound(kinks, band_.low / (1 + redshift));
-  const auto last = std::upper_bound(first, kinks.end(), band_.high / (1 + redshift));
+  const auto first = std::ranges::lower_bound(kinks, range.low / (1 + redshift));
+  const auto last = std::upper_bound(first, kinks.end(), range.high / (1 + redshift));
   for (auto kink = first; kink != last; ++kink) {
     append(*kink, text);
     append(sed.flux(*kink), text);
@@ -96,6 +118,7 @@ void AttenuationNames::append_light(const Sed& sed, double redshift, std::string
 
 std::string AttenuationNames::name(const PlacedGalaxy& probe) const {
   std::string text = common_ + probe.galaxy->shape();
+  const Light& light = probe.has_fixed_flux ? planes_ : band_;
   if (probe.has_fixed_flux) text += pixels_;
   append(camera_.towards(probe.centre), text);
   append(camera_.up_at(probe.centre), text);
@@ -108,9 +131,10 @@ std::string AttenuationNames::name(const PlacedGalaxy& probe) const {
   }
   for (const auto& component : probe.galaxy->components()) {
     append(component->amplitude(), text);
-    if (component->sed() != nullptr) append_light(*component->sed(), probe.redshift, text);
+    if (component->sed() != nullptr)
+      append_light(*component->sed(), probe.redshift, light.range, text);
     if (!component->absorbs()) continue;
-    for (const double wavelength : wavelengths_) {
+    for (const double wavelength : light.wavelengths) {
       append(SpectralBasis::extinction(*component->extinction(), probe.redshift, wavelength), text);
     }
   }
@@ -136,7 +160,7 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
   return has_dust ? ObservedLight::dust : ObservedLight::none;
 }
 
-void find_layers(RenderJob& job, bool is_draft) {
+void choose_layers(RenderJob& job, bool is_draft) {
   for (PlacedGalaxy& placed : job.scene->galaxies) {
     placed.is_layer = !is_draft && job.scene->unit != PixelUnit::relative &&
                       can_be_layer(placed, job.parameters, job.camera);
@@ -152,6 +176,14 @@ namespace {
 // Largest memory of the layers that a rank keeps.
 constexpr std::size_t most_layer_bytes = std::size_t{128} << 20;
 
+/// A band as the only plane.
+Spectrum spectrum_of(const Bandpass& band, const RenderParameters& parameters) {
+  Spectrum result;
+  result.planes = {{band.name(), band.pivot(), std::make_shared<const Bandpass>(band)}};
+  result.igm = parameters.spectrum.igm;
+  return result;
+}
+
 /// The place of a band among the planes; none if it is not there.
 std::optional<std::size_t> plane_of(const Bandpass& band, const Spectrum& spectrum) {
   const auto found = std::ranges::find_if(spectrum.planes, [&](const SpectralPlane& plane) {
@@ -162,8 +194,7 @@ std::optional<std::size_t> plane_of(const Bandpass& band, const Spectrum& spectr
   return static_cast<std::size_t>(found - spectrum.planes.begin());
 }
 
-/// The rays of galaxies of fixed flux. Absolute magnitudes count at redshift 0, apart from the
-/// image.
+/// The rays of the image through galaxies of fixed flux.
 class FixedFluxes {
  public:
   FixedFluxes(const RenderParameters& parameters, const Bandpass& reference, bool truth,
@@ -173,14 +204,13 @@ class FixedFluxes {
   GalaxyMeasure measure(std::size_t galaxy);
   /// Light that reaches the observer in the reference band, over that without dust.
   double attenuation(const GalaxyMeasure& measured) const { return measured.attenuation[plane_]; }
-  /// Whether what is measured of a galaxy is that of the image.
-  bool is_of_image(const PlacedGalaxy& galaxy) const { return has_planes_ && !galaxy.is_absolute; }
+  /// Whether all planes of the image are measured.
+  bool has_planes() const { return has_planes_; }
   const Spectrum& spectrum() const { return spectrum_; }
   std::vector<double> spectral_nodes() const { return renderer_.spectral_nodes(); }
   const std::shared_ptr<GalaxyLayers>& layers() const { return layers_; }
 
  private:
-  static std::shared_ptr<const Scene> at_rest(const Scene& scene);
   static Spectrum planes(const Bandpass& reference, const RenderJob& job);
   static TruthSettings images(const RenderParameters& parameters, bool truth);
 
@@ -194,21 +224,9 @@ class FixedFluxes {
   std::shared_ptr<GalaxyLayers> layers_;
 };
 
-std::shared_ptr<const Scene> FixedFluxes::at_rest(const Scene& scene) {
-  auto result = std::make_shared<Scene>(scene);
-  for (PlacedGalaxy& galaxy : result->galaxies) {
-    if (galaxy.is_absolute) galaxy.redshift = 0;
-  }
-  return result;
-}
-
 Spectrum FixedFluxes::planes(const Bandpass& reference, const RenderJob& job) {
   if (plane_of(reference, job.spectrum)) return job.spectrum;
-  Spectrum alone;
-  alone.planes = {
-      {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
-  alone.igm = job.parameters.spectrum.igm;
-  return alone;
+  return spectrum_of(reference, job.parameters);
 }
 
 TruthSettings FixedFluxes::images(const RenderParameters& parameters, bool truth) {
@@ -223,7 +241,7 @@ FixedFluxes::FixedFluxes(const RenderParameters& parameters, const Bandpass& ref
       plane_(plane_of(reference, job.spectrum).value_or(0)),
       spectrum_(planes(reference, job)),
       camera_(job.camera),
-      scene_(at_rest(*job.scene)),
+      scene_(job.scene),
       renderer_(parameters, job.camera, scene_, spectrum_, images(parameters, truth)),
       drops_dust_free_(truth && !parameters.truth.dust_free),
       layers_(std::make_shared<GalaxyLayers>(scene_->galaxies.size(), most_layer_bytes)) {}
@@ -233,7 +251,7 @@ GalaxyMeasure FixedFluxes::measure(std::size_t galaxy) {
   GalaxyLayer layer;
   GalaxyMeasure result =
       measure_fixed(renderer_, placed, static_cast<int>(galaxy), camera_, spectrum_, layer);
-  if (is_of_image(placed)) {
+  if (has_planes_) {
     if (drops_dust_free_) layer.shorten(layer.numbers - spectrum_.planes.size());
     layers_->keep(galaxy, std::move(layer));
   }
@@ -289,38 +307,41 @@ void share_layers(const Ranks& ranks, std::size_t galaxies, GalaxyLayers& layers
 
 }  // namespace
 
-void apply_attenuation(const RenderParameters& parameters, const Bandpass& reference,
-                       const RenderJob::Pending& pending, const Ranks& ranks, int threads,
-                       RenderJob& job, CalibrationMemory* memory) {
+void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pending& pending,
+                       const Ranks& ranks, int threads, RenderJob& job, CalibrationMemory* memory) {
+  const Bandpass& reference = *pending.attenuation;
   Scene& scene = *job.scene;
-  Spectrum band;
-  band.planes = {
-      {reference.name(), reference.pivot(), std::make_shared<const Bandpass>(reference)}};
-  band.igm = parameters.spectrum.igm;
+  const Spectrum band = spectrum_of(reference, parameters);
   const std::vector<std::size_t> observed = find_observed(parameters, pending.is_draft, job);
-  const auto is_fixed = [&](std::size_t g) { return scene.galaxies[g].has_fixed_flux; };
+  // Absolute magnitudes count at redshift 0, apart from the image.
+  const auto is_fixed = [&](std::size_t g) {
+    return scene.galaxies[g].has_fixed_flux && !scene.galaxies[g].is_absolute;
+  };
   std::optional<FixedFluxes> fixed;
   if (std::ranges::any_of(observed, is_fixed)) {
     fixed.emplace(parameters, reference, pending.truth, job);
   }
-  const AttenuationNames names(parameters, job.camera, reference,
+  const AttenuationNames names(parameters, job.camera, reference, fixed ? fixed->spectrum() : band,
                                fixed ? fixed->spectral_nodes() : std::vector<double>());
   // Numbers of a galaxy: its attenuation, then its properties where the table of truth needs them.
+  const bool has_measures = fixed && fixed->has_planes() && pending.truth;
   const std::size_t numbers =
-      1 + (fixed && pending.truth ? GalaxyMeasure::numbers(fixed->spectrum().planes.size()) : 0);
+      1 + (has_measures ? GalaxyMeasure::numbers(job.spectrum.planes.size()) : 0);
   const auto measure_galaxy = [&](std::size_t g, std::span<double> values) {
     PlacedGalaxy galaxy = scene.galaxies[g];
     if (galaxy.is_absolute) galaxy.redshift = 0;
-    const std::string name = memory != nullptr ? names.name(galaxy) : "";
-    if (memory != nullptr && memory->recall(name, values.first(1))) return;
-    if (galaxy.has_fixed_flux) {
+    // With and without properties a galaxy has different names.
+    const std::string name =
+        memory != nullptr ? fmt::format("{} {}", names.name(galaxy), numbers) : "";
+    if (memory != nullptr && memory->recall(name, values)) return;
+    if (is_fixed(g)) {
       const GalaxyMeasure measured = fixed->measure(g);
       values[0] = fixed->attenuation(measured);
-      if (values.size() > 1) std::ranges::copy(measured.packed(), values.begin() + 1);
+      if (has_measures) std::ranges::copy(measured.packed(), values.begin() + 1);
     } else {
       values[0] = measure(galaxy, parameters, job.camera, band, ray_distance).attenuation.front();
     }
-    if (memory != nullptr) memory->keep(name, values.first(1));
+    if (memory != nullptr) memory->keep(name, values);
   };
   const auto count = static_cast<int>(observed.size());
   constexpr int blocks_per_thread = 16;
@@ -338,13 +359,11 @@ void apply_attenuation(const RenderParameters& parameters, const Bandpass& refer
       });
   if (fixed && ranks.size() > 1) share_layers(ranks, scene.galaxies.size(), *fixed->layers());
   if (fixed) job.layers = fixed->layers();
-  if (numbers > 1) job.measures.resize(scene.galaxies.size());
+  if (has_measures) job.measures.resize(scene.galaxies.size());
   for (std::size_t row = 0; row < observed.size(); ++row) {
     const std::size_t g = observed[row];
     const std::span<const double> own = std::span(all).subspan(row * numbers, numbers);
-    if (numbers > 1 && is_fixed(g) && fixed->is_of_image(scene.galaxies[g]) && own[0] > 0) {
-      job.measures[g] = GalaxyMeasure::unpacked(own.subspan(1));
-    }
+    if (has_measures && is_fixed(g)) job.measures[g] = GalaxyMeasure::unpacked(own.subspan(1));
     if (own[0] > 0) scene.galaxies[g].brightness /= own[0];
   }
 }

@@ -211,12 +211,12 @@ void complete(RenderJob& job, const Ranks& ranks, int threads, CalibrationMemory
   const RenderJob::Pending pending = std::exchange(job.pending, {});
   measure_galaxies(pending.galaxies, pending.footprints, ranks, memory);
   if (pending.keep) pending.keep(pending.footprints);
-  find_layers(job, pending.is_draft);
+  choose_layers(job, pending.is_draft);
   if (pending.attenuation != nullptr) {
     // Views of a galaxy at coarse tolerances share one measurement.
     const RenderParameters parameters =
         pending.is_draft ? GalaxyLibrary::draft_accuracy(job.parameters) : job.parameters;
-    apply_attenuation(parameters, *pending.attenuation, pending, ranks, threads, job, memory);
+    apply_attenuation(parameters, pending, ranks, threads, job, memory);
   }
   if (pending.star_tone) find_star_tone(job, ranks, threads);
 }

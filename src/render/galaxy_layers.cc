@@ -2,13 +2,14 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <utility>
 
 #include "gamer/core/cancellation.h"
 #include "render/renderer_workspace.h"
 
 namespace gamer {
 
-// The light of galaxies of fixed flux: each alone in its pixels, then one behind the other.
+// The light of small galaxies: each alone in its pixels, then one behind the other.
 
 std::size_t Renderer::layer_numbers(int galaxy) const {
   const std::size_t planes = layout_.spectral();
@@ -20,10 +21,9 @@ std::size_t Renderer::layer_numbers(int galaxy) const {
 }
 
 void Renderer::add_to_layer(int galaxy, const Sample& sample, std::size_t ray, Workspace& work,
-                            const TakeLayerRay& take) const {
+                            GalaxyLayer& layer, const TakeLayerRay& take) const {
   const std::size_t planes = layout_.spectral(), nodes = medium_.nodes();
-  double* number = work.layer_sums[static_cast<std::size_t>(sample.row)].data() +
-                   static_cast<std::size_t>(sample.pixel) * layer_numbers(galaxy);
+  double* number = layer.values.data() + static_cast<std::size_t>(sample.pixel) * layer.numbers;
   work.seen.assign(planes, 0.0);
   work.dust_free.assign(planes, 0.0);
   double* const parts = number + planes * (layout_.optical_depth() ? 3 : 2);
@@ -59,32 +59,24 @@ void Renderer::add_to_layer(int galaxy, const Sample& sample, std::size_t ray, W
 void Renderer::make_layers(std::span<const int> galaxies, const ImageRegion& region,
                            std::span<GalaxyLayer> layers, Workspace& work, RenderCounts& counts,
                            const TakeLayerRay& take) const {
-  work.layer_sums.resize(std::max(work.layer_sums.size(), galaxies.size()));
   const std::size_t pixels =
       static_cast<std::size_t>(region.width) * static_cast<std::size_t>(region.height);
   work.samples.clear();
-  const auto work_off_samples = [&](std::size_t least) {
-    std::size_t done = 0;
-    while (work.samples.size() - done >= std::max(least, std::size_t{1})) {
-      const std::size_t count = std::min(work.samples.size() - done, rays_at_once);
-      const std::span<const Sample> part = std::span(work.samples).subspan(done, count);
-      const auto candidates = [&](const Sample& sample, const Ray&) {
-        return galaxies.subspan(static_cast<std::size_t>(sample.row), 1);
-      };
-      find_hits(part, candidates, work);
-      sampler_->integrate(work.hits_of_ray, work.light, counts);
-      for (std::size_t i = 0; i < part.size(); ++i) {
-        add_to_layer(galaxies[static_cast<std::size_t>(part[i].row)], part[i], i, work, take);
-      }
-      done += count;
+  const auto candidates = [&](const Sample& sample, const Ray&) {
+    return galaxies.subspan(static_cast<std::size_t>(sample.row), 1);
+  };
+  const auto integrate = [&](std::span<const Sample> samples) {
+    find_hits(samples, candidates, work);
+    sampler_->integrate(work.hits_of_ray, work.light, counts);
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const auto k = static_cast<std::size_t>(samples[i].row);
+      add_to_layer(galaxies[k], samples[i], i, work, layers[k], take);
     }
-    work.samples.erase(work.samples.begin(),
-                       work.samples.begin() + static_cast<std::ptrdiff_t>(done));
   };
   for (std::size_t k = 0; k < galaxies.size(); ++k) {
     layers[k].region = region;
     layers[k].numbers = layer_numbers(galaxies[k]);
-    work.layer_sums[k].assign(pixels * layers[k].numbers, 0.0);
+    layers[k].values.assign(pixels * layers[k].numbers, 0.0);
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxies[k])];
     const double pixel = camera_.pixel_size(placed.centre);
     for (int y = region.bottom; y < region.top(); ++y) {
@@ -95,20 +87,17 @@ void Renderer::make_layers(std::span<const int> galaxies, const ImageRegion& reg
         const auto number = static_cast<int>(layers[k].place(x, y) / layers[k].numbers);
         if (!ray || !is_within(*ray, placed, pixel)) {
           // Light from behind passes.
-          double* const through = work.layer_sums[k].data() + layers[k].place(x, y);
-          std::fill_n(through + layout_.spectral(), layout_.spectral(), 1.0);
+          double* const numbers = layers[k].values.data() + layers[k].place(x, y);
+          std::fill_n(numbers + layout_.spectral(), layout_.spectral(), 1.0);
           continue;
         }
         work.near_pixel.assign(1, galaxies[k]);
         place_samples(x, y, number, static_cast<int>(k), work);
-        work_off_samples(rays_at_once);
+        work.use_samples(rays_at_once, integrate);
       }
     }
   }
-  work_off_samples(1);
-  for (std::size_t k = 0; k < galaxies.size(); ++k) {
-    layers[k].values = work.layer_sums[k];
-  }
+  work.use_samples(1, integrate);
 }
 
 GalaxyLayer Renderer::layer(int galaxy, const ImageRegion& region, const TakeLayerRay& take) const {
@@ -131,13 +120,18 @@ void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& re
     work.layers.push_back({galaxy, kept});
     if (kept == nullptr) missing.push_back(galaxy);
   }
-  if (missing.empty()) return;
-  work.made_layers.resize(std::max(work.made_layers.size(), missing.size()));
-  make_layers(missing, region, work.made_layers, work, counts, {});
-  std::size_t k = 0;
-  for (auto& [galaxy, layer] : work.layers) {
-    if (layer == nullptr) layer = &work.made_layers[k++];
+  if (!missing.empty()) {
+    work.made_layers.resize(std::max(work.made_layers.size(), missing.size()));
+    make_layers(missing, region, work.made_layers, work, counts, {});
   }
+  std::size_t made = 0;
+  for (auto& [galaxy, layer] : work.layers) {
+    if (layer == nullptr) layer = &work.made_layers[made++];
+  }
+  std::ranges::sort(work.layers, {}, [&](const Workspace::LayerOf& of) {
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(of.galaxy)];
+    return std::pair(camera_.distance(placed.centre), medium_.rank(of.galaxy));
+  });
 }
 
 bool Renderer::add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const {
@@ -151,32 +145,28 @@ bool Renderer::add_layers(int x, int y, int row, Workspace& work, LightSums& sum
     if (!is_within(*ray, placed(galaxy), camera_.pixel_size(placed(galaxy).centre))) continue;
     if (!placed(galaxy).is_layer) return false;
     const auto found = std::ranges::find(work.layers, galaxy, &Workspace::LayerOf::galaxy);
-    work.in_pixel.push_back(*found);
+    work.in_pixel.push_back(&*found);
   }
-  std::ranges::sort(work.in_pixel, [&](const auto& a, const auto& b) {
-    const double of_a = camera_.distance(placed(a.galaxy).centre);
-    const double of_b = camera_.distance(placed(b.galaxy).centre);
-    return of_a < of_b || (of_a == of_b && medium_.rank(a.galaxy) < medium_.rank(b.galaxy));
-  });
+  // The order of `layers`: nearest first.
+  std::ranges::sort(work.in_pixel);
   const std::size_t planes = layout_.spectral();
   for (std::size_t k = 0; k + 1 < work.in_pixel.size(); ++k) {
-    const PlacedGalaxy& front = placed(work.in_pixel[k].galaxy);
+    const PlacedGalaxy& front = placed(work.in_pixel[k]->galaxy);
     for (std::size_t other = k + 1; other < work.in_pixel.size(); ++other) {
-      const PlacedGalaxy& behind = placed(work.in_pixel[other].galaxy);
+      const PlacedGalaxy& behind = placed(work.in_pixel[other]->galaxy);
       const double reach = front.bounding_radius + behind.bounding_radius;
       if (glm::distance(front.centre, behind.centre) < reach) return false;
     }
-    const GalaxyLayer& layer = *work.in_pixel[k].layer;
+    const GalaxyLayer& layer = *work.in_pixel[k]->layer;
     if (!layer.has(x, y)) continue;
     const double* const through = layer.values.data() + layer.place(x, y) + planes;
     if (*std::min_element(through, through + planes) < 1 - medium_.accuracy().most_dimmed)
       return false;
   }
   work.through.assign(planes, 1.0);
-  for (const auto& [galaxy, layer] : work.in_pixel) {
-    if (layer->has(x, y)) {
-      add_layer(galaxy, layer->values.data() + layer->place(x, y), x, row, work, sums);
-    }
+  for (const Workspace::LayerOf* of : work.in_pixel) {
+    if (!of->layer->has(x, y)) continue;
+    add_layer(of->galaxy, of->layer->values.data() + of->layer->place(x, y), x, row, work, sums);
   }
   return true;
 }

@@ -96,7 +96,8 @@ class SumOfRays {
       : view_(view), seen_(planes, 0.0), free_(planes, 0.0), rings_(reach) {}
 
   /// Adds a ray: its pixel coordinates, its area, and its light by plane, with and without dust.
-  void add(double x, double y, double area, std::span<const double> seen,
+  /// Light counts `scale` times.
+  void add(double x, double y, double area, double scale, std::span<const double> seen,
            std::span<const double> free);
   /// `exact` is the flux without dust where the flux is fixed, else null.
   GalaxyMeasure result(const std::vector<double>* exact) const;
@@ -108,15 +109,15 @@ class SumOfRays {
   double sum_ = 0, north_ = 0, east_ = 0, nn_ = 0, ee_ = 0, ne_ = 0;  ///< moments, first plane
 };
 
-void SumOfRays::add(double x, double y, double area, std::span<const double> seen,
+void SumOfRays::add(double x, double y, double area, double scale, std::span<const double> seen,
                     std::span<const double> free) {
   for (std::size_t p = 0; p < seen_.size(); ++p) {
-    seen_[p] += seen[p];
-    free_[p] += free[p];
+    seen_[p] += scale * seen[p];
+    free_[p] += scale * free[p];
   }
   const glm::dvec2 offset = glm::dvec2(x, y) - view_.centre;
   const double n = glm::dot(view_.north, offset), e = glm::dot(view_.east, offset);
-  const double flux = seen[0];
+  const double flux = scale * seen[0];
   if (flux > 0) rings_.add(e, n, std::sqrt(area), flux);
   sum_ += flux;
   north_ += flux * n;
@@ -293,18 +294,9 @@ GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy
   const glm::dvec2 centre = *camera.pixel(galaxy.centre);
   SumOfRays sum(image_view(galaxy, camera), spectrum.planes.size(), reach_of(window));
   layer = renderer.layer(number, window,
-                         [&, seen = std::vector<double>(), free = std::vector<double>()](
-                             double x, double y, double area, std::span<const double> with,
-                             std::span<const double> without) mutable {
-                           const auto scaled = [&](std::span<const double> light,
-                                                   std::vector<double>& out) {
-                             out.clear();
-                             for (const double value : light)
-                               out.push_back(galaxy.brightness * area * value);
-                           };
-                           scaled(with, seen);
-                           scaled(without, free);
-                           sum.add(x, y, area, seen, free);
+                         [&](double x, double y, double area, std::span<const double> seen,
+                             std::span<const double> free) {
+                           sum.add(x, y, area, galaxy.brightness * area, seen, free);
                          });
   const std::vector<double> exact = dust_free_flux(galaxy, camera, spectrum);
   GalaxyMeasure result = sum.result(&exact);
@@ -330,7 +322,7 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   const std::size_t planes = spectrum.planes.size();
   SumOfRays sum(view, planes, reach_of(stamp_camera.window()));
   renderer.sample_light([&](double x, double y, double area, std::span<const double> values) {
-    sum.add(x, y, area, values.first(planes), values.subspan(planes, planes));
+    sum.add(x, y, area, 1, values.first(planes), values.subspan(planes, planes));
   });
   GalaxyMeasure result = sum.result(nullptr);
   result.optical_depth = renderer.optical_depth(middle, middle, 0);

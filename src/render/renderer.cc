@@ -341,14 +341,9 @@ double Renderer::optical_depth(double x, double y, int galaxy) const {
 
 void Renderer::work_off(std::size_t least, const GalaxyIndex::Found& near, Workspace& work,
                         LightSums& sums, RenderCounts& counts) const {
-  std::size_t done = 0;
-  while (work.samples.size() - done >= least) {
-    const std::size_t count = std::min(work.samples.size() - done, rays_at_once);
-    add_light(std::span(work.samples).subspan(done, count), near, work, sums, counts);
-    done += count;
-  }
-  work.samples.erase(work.samples.begin(),
-                     work.samples.begin() + static_cast<std::ptrdiff_t>(done));
+  work.use_samples(least, [&](std::span<const Sample> samples) {
+    add_light(samples, near, work, sums, counts);
+  });
 }
 
 void Renderer::set_footprint(double size, Hit& hit) const {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
@@ -51,15 +52,27 @@ struct Renderer::Workspace {
   std::vector<std::size_t> hit_ends;
   std::vector<std::span<const Hit>> hits_of_ray;
   std::vector<double> seen, dust_free, depth, part, through;  ///< by spectral plane
-  /// A galaxy of fixed flux near the pixels that are rendered, with its layer.
+  /// A galaxy near the pixels that are rendered, with its layer.
   struct LayerOf {
     int galaxy;
     const GalaxyLayer* layer;
   };
-  std::vector<LayerOf> layers, in_pixel;
+  std::vector<LayerOf> layers;  ///< nearest first
+  std::vector<const LayerOf*> in_pixel;
   std::vector<GalaxyLayer> made_layers;
-  std::vector<std::vector<double>> layer_sums;  ///< [layer] sums of its numbers
   RayLight light;
+
+  /// Calls use(samples) for at most rays_at_once samples at a time, while at least `least` wait.
+  template <class Use>
+  void use_samples(std::size_t least, const Use& use) {
+    std::size_t done = 0;
+    while (samples.size() - done >= least) {
+      const std::size_t count = std::min(samples.size() - done, rays_at_once);
+      use(std::span<const Sample>(samples).subspan(done, count));
+      done += count;
+    }
+    samples.erase(samples.begin(), samples.begin() + static_cast<std::ptrdiff_t>(done));
+  }
 };
 
 }  // namespace gamer

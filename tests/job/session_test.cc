@@ -269,6 +269,36 @@ TEST(Session, TellsOfProgressInTheCallersThread) {
   EXPECT_EQ(rendering.truth->rows(), 1u);
 }
 
+// What a session remembers of fixed fluxes, with and without the table of truth, changes nothing.
+TEST(Session, TellsTheTruthWhateverItRenderedBefore) {
+  const std::string sky =
+      "[image]\nsize = 24\n[camera]\nprojection = \"sky\"\ncenter = [10, 20]\npixel_scale = 0.2\n"
+      "[spectrum]\nbands = [\"sdss_g\", \"sdss_r\"]\n[sampling]\ntolerance = 1e-2\n";
+  const std::string row =
+      "galaxy ra dec redshift size_arcsec inclination apparent_magnitude\nmine 10 20 0.1 2 50 22\n";
+  const auto render = [&](const Session& session, bool truth) {
+    RenderControl control;
+    control.truth = truth;
+    return session.render(session.load({sky, RenderInput::Text{row}, {{"mine", clumpy}}}), control);
+  };
+  const auto radius = [](const Rendering& rendering) {
+    for (const DataColumn& column : rendering.truth->columns) {
+      if (column.name == "half_light_radius") {
+        return std::get<std::vector<double>>(column.values).front();
+      }
+    }
+    return 0.0;
+  };
+  const Session fresh(1, {GAMER_TEST_SOURCE_DIR}), used(1, {GAMER_TEST_SOURCE_DIR});
+  const Rendering expected = render(fresh, true);
+  EXPECT_GT(radius(expected), 0);
+  for (const bool truth : {false, true, true, false}) {
+    const Rendering rendering = render(used, truth);
+    expect_equal(rendering.image, expected.image);
+    if (truth) EXPECT_EQ(radius(rendering), radius(expected));
+  }
+}
+
 TEST(Session, EndsWhenTheCallBackThrows) {
   for (const int threads : {1, 2}) {
     const Session session(threads);

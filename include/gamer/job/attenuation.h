@@ -23,24 +23,24 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
 
 /// Decides which galaxies of a job are layers: those that can be, whatever else the scene holds.
 /// Drafts have none.
-void find_layers(RenderJob& job, bool is_draft);
+void choose_layers(RenderJob& job, bool is_draft);
 
 /// The footprints of the parallel rays of apply_attenuation().
 FootprintRange attenuation_footprints(const RenderParameters& parameters);
 
 /// Divides the brightness of observed galaxies by the share of their light that is seen in the
-/// reference band. Their magnitudes then include dust. The band is at rest for absolute magnitudes.
-/// Every rank calls this function with an equal job, after find_layers(). Each galaxy is measured
-/// alone, once, in `threads` threads per rank, at sampling.tolerance. bench/survey_bench.py gives
-/// the errors of magnitudes.
+/// reference band, pending.attenuation. Their magnitudes then include dust. The band is at rest for
+/// absolute magnitudes. Every rank calls this function with an equal job, after choose_layers().
+/// Each galaxy is measured alone, once, in `threads` threads per rank, at sampling.tolerance.
+/// bench/survey_bench.py gives the errors of magnitudes.
 ///
 /// Galaxies of fixed flux are measured in all planes of the image, if the reference band is one of
 /// them. The job then has their layers, and their measured properties if it makes a table of truth.
 ///
 /// A galaxy that `memory` knows from this side, or in these pixels, is not measured again. Only a
 /// process without other ranks may give a memory.
-void apply_attenuation(const RenderParameters& parameters, const Bandpass& reference,
-                       const RenderJob::Pending& pending, const Ranks& ranks, int threads,
-                       RenderJob& job, CalibrationMemory* memory = nullptr);
+void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pending& pending,
+                       const Ranks& ranks, int threads, RenderJob& job,
+                       CalibrationMemory* memory = nullptr);
 
 }  // namespace gamer

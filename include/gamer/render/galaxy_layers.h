@@ -11,7 +11,7 @@
 
 namespace gamer {
 
-/// A galaxy of fixed flux in pixels of an image, as if it were alone and of brightness 1. A pixel
+/// A galaxy in pixels of an image, as if it were alone and of brightness 1. A pixel
 /// has `numbers` numbers, each by spectral plane: the light, and the share of light behind the
 /// galaxy that comes through. Then follow the optical depth, the light of each emitting component
 /// and the light without dust, where output planes need them.

@@ -83,7 +83,7 @@ class Renderer {
   using TakeLayerRay =
       std::function<void(double x, double y, double area, std::span<const double> seen,
                          std::span<const double> dust_free)>;
-  /// The layer of a galaxy of fixed flux in a region of the whole image. Calls `take` for its rays.
+  /// The layer of a galaxy in a region of the whole image. Calls `take` for its rays.
   GalaxyLayer layer(int galaxy, const ImageRegion& region, const TakeLayerRay& take) const;
   /// Wavelengths of the spectral nodes, Angstrom.
   std::vector<double> spectral_nodes() const;
@@ -142,8 +142,8 @@ class Renderer {
                    const TakeLayerRay& take) const;
   /// Adds an integrated ray to the sums of its layer.
   void add_to_layer(int galaxy, const Sample& sample, std::size_t ray, Workspace& work,
-                    const TakeLayerRay& take) const;
-  /// Finds or makes the layers of all galaxies of fixed flux near a region.
+                    GalaxyLayer& layer, const TakeLayerRay& take) const;
+  /// Finds or makes the layers of galaxies near a region.
   void find_layers(const GalaxyIndex::Found& near, const ImageRegion& region, Workspace& work,
                    RenderCounts& counts) const;
   /// Adds a pixel's layers, one behind the other. Returns false where the pixel needs rays through
