@@ -295,7 +295,9 @@ TEST(Session, TellsTheTruthWhateverItRenderedBefore) {
   for (const bool truth : {false, true, true, false}) {
     const Rendering rendering = render(used, truth);
     expect_equal(rendering.image, expected.image);
-    if (truth) EXPECT_EQ(radius(rendering), radius(expected));
+    if (truth) {
+      EXPECT_EQ(radius(rendering), radius(expected));
+    }
   }
 }
 
