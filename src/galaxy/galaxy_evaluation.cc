@@ -269,10 +269,12 @@ void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need
   counts.noise_seconds += clock.seconds();
 }
 
-void Galaxy::look_up_means(std::size_t size, const BatchArray* log_footprints,
+void Galaxy::look_up_means(std::size_t size, const BatchArray* log_footprints, bool divides_light,
                            std::span<BatchArray> out) const {
   for (std::size_t c = 0; c < components_.size(); ++c) {
-    if (log_footprints != nullptr) {
+    if (!divides_light && !components_[c]->absorbs()) {
+      std::fill_n(out[c].data(), padded(size), 1.0f);
+    } else if (log_footprints != nullptr) {
       calibration_.means[c].at(size, log_footprints->data(), out[c].data());
     } else {
       std::fill_n(out[c].data(), padded(size), calibration_.means[c].narrowest());
@@ -345,7 +347,7 @@ Galaxy::Evaluation::Evaluation(const Galaxy& galaxy, const Points& points, float
   }
   means_ = std::make_unique_for_overwrite<BatchArray[]>(count_);
   galaxy.look_up_means(places_, footprints_ != nullptr ? &log_footprints_ : nullptr,
-                       {means_.get(), count_});
+                       rays == nullptr || rays->divides_light, {means_.get(), count_});
   for (std::size_t c = 0; c < count_; ++c) spread(means_[c]);
 }
 
@@ -445,7 +447,7 @@ void Galaxy::evaluate_component(std::size_t c, const Points& points, float thres
   BatchArray envelope, followed;
   component.envelope(batch, envelope.data());
   const auto means = std::make_unique_for_overwrite<BatchArray[]>(components_.size());
-  look_up_means(batch.size, nullptr, {means.get(), components_.size()});
+  look_up_means(batch.size, nullptr, true, {means.get(), components_.size()});
   const auto limit = threshold * static_cast<float>(component.threshold_scale());
   const bool follows = followed_[c] >= 0, is_textured = component.texture() != nullptr;
   const auto take_phi = [&](std::size_t of, BatchArray& out) {

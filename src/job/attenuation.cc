@@ -231,7 +231,8 @@ Spectrum FixedFluxes::planes(const Bandpass& reference, const RenderJob& job) {
 
 TruthSettings FixedFluxes::images(const RenderParameters& parameters, bool truth) {
   TruthSettings images = truth ? parameters.truth : TruthSettings();
-  images.dust_free = truth;
+  // Light without dust gives the factors of components.
+  images.dust_free = true;
   return images;
 }
 
@@ -243,7 +244,7 @@ FixedFluxes::FixedFluxes(const RenderParameters& parameters, const Bandpass& ref
       camera_(job.camera),
       scene_(job.scene),
       renderer_(parameters, job.camera, scene_, spectrum_, images(parameters, truth)),
-      drops_dust_free_(truth && !parameters.truth.dust_free),
+      drops_dust_free_(!truth || !parameters.truth.dust_free),
       layers_(std::make_shared<GalaxyLayers>(scene_->galaxies.size(), most_layer_bytes)) {}
 
 GalaxyMeasure FixedFluxes::measure(std::size_t galaxy) {
@@ -305,6 +306,53 @@ void share_layers(const Ranks& ranks, std::size_t galaxies, GalaxyLayers& layers
   }
 }
 
+/// The numbers in which ranks share what they measured of a galaxy: its attenuation, the number of
+/// its factors, these factors, and its properties where the table of truth needs them.
+class MeasuredNumbers {
+ public:
+  MeasuredNumbers(const Scene& scene, std::span<const std::size_t> observed,
+                  std::size_t properties);
+
+  std::size_t size() const { return first_property_ + properties_; }
+  void write(double attenuation, const GalaxyMeasure& measured, std::span<double> numbers) const;
+  /// Gives a galaxy its brightness and its factors.
+  void apply(std::span<const double> numbers, PlacedGalaxy& galaxy) const;
+  /// The properties, if there are any.
+  std::optional<GalaxyMeasure> properties(std::span<const double> numbers) const {
+    if (properties_ == 0) return std::nullopt;
+    return GalaxyMeasure::unpacked(numbers.subspan(first_property_));
+  }
+
+ private:
+  std::size_t first_property_ = 2;
+  std::size_t properties_;
+};
+
+MeasuredNumbers::MeasuredNumbers(const Scene& scene, std::span<const std::size_t> observed,
+                                 std::size_t properties)
+    : properties_(properties) {
+  std::size_t factors = 0;
+  for (const std::size_t g : observed) {
+    factors = std::max(factors, scene.galaxies[g].galaxy->components().size());
+  }
+  first_property_ += factors;
+}
+
+void MeasuredNumbers::write(double attenuation, const GalaxyMeasure& measured,
+                            std::span<double> numbers) const {
+  numbers[0] = attenuation;
+  numbers[1] = static_cast<double>(measured.light_factors.size());
+  std::ranges::copy(measured.light_factors, numbers.subspan(2).begin());
+  if (properties_ == 0 || measured.light_factors.empty()) return;
+  std::ranges::copy(measured.packed(), numbers.subspan(first_property_).begin());
+}
+
+void MeasuredNumbers::apply(std::span<const double> numbers, PlacedGalaxy& galaxy) const {
+  const std::span<const double> factors = numbers.subspan(2, static_cast<std::size_t>(numbers[1]));
+  galaxy.light_factors.assign(factors.begin(), factors.end());
+  if (numbers[0] > 0) galaxy.brightness /= numbers[0];
+}
+
 }  // namespace
 
 void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pending& pending,
@@ -323,35 +371,33 @@ void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pend
   }
   const AttenuationNames names(parameters, job.camera, reference, fixed ? fixed->spectrum() : band,
                                fixed ? fixed->spectral_nodes() : std::vector<double>());
-  // Numbers of a galaxy: its attenuation, then its properties where the table of truth needs them.
   const bool has_measures = fixed && fixed->has_planes() && pending.truth;
-  const std::size_t numbers =
-      1 + (has_measures ? GalaxyMeasure::numbers(job.spectrum.planes.size()) : 0);
+  const MeasuredNumbers numbers(
+      scene, observed, has_measures ? GalaxyMeasure::numbers(job.spectrum.planes.size()) : 0);
   const auto measure_galaxy = [&](std::size_t g, std::span<double> values) {
     PlacedGalaxy galaxy = scene.galaxies[g];
     if (galaxy.is_absolute) galaxy.redshift = 0;
     // With and without properties a galaxy has different names.
     const std::string name =
-        memory != nullptr ? fmt::format("{} {}", names.name(galaxy), numbers) : "";
+        memory != nullptr ? fmt::format("{} {}", names.name(galaxy), numbers.size()) : "";
     if (memory != nullptr && memory->recall(name, values)) return;
-    if (is_fixed(g)) {
-      const GalaxyMeasure measured = fixed->measure(g);
-      values[0] = fixed->attenuation(measured);
-      if (has_measures) std::ranges::copy(measured.packed(), values.begin() + 1);
-    } else {
-      values[0] = measure(galaxy, parameters, job.camera, band, ray_distance).attenuation.front();
-    }
+    const GalaxyMeasure measured =
+        is_fixed(g) ? fixed->measure(g)
+                    : measure(galaxy, parameters, job.camera, band, ray_distance);
+    numbers.write(is_fixed(g) ? fixed->attenuation(measured) : measured.attenuation.front(),
+                  measured, values);
     if (memory != nullptr) memory->keep(name, values);
   };
   const auto count = static_cast<int>(observed.size());
   constexpr int blocks_per_thread = 16;
   const int block = std::max(1, count / (blocks_per_thread * ranks.size() * threads));
   const std::vector<double> all = ranks.compute_together(
-      even_blocks(count, block), numbers, threads,
+      even_blocks(count, block), numbers.size(), threads,
       [&](RowRange rows, std::span<double> values) {
         for (int row = rows.first; row < rows.last; ++row) {
-          const std::size_t place = static_cast<std::size_t>(row - rows.first) * numbers;
-          measure_galaxy(observed[static_cast<std::size_t>(row)], values.subspan(place, numbers));
+          const std::size_t place = static_cast<std::size_t>(row - rows.first) * numbers.size();
+          measure_galaxy(observed[static_cast<std::size_t>(row)],
+                         values.subspan(place, numbers.size()));
         }
       },
       [&](int more) {
@@ -362,9 +408,9 @@ void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pend
   if (has_measures) job.measures.resize(scene.galaxies.size());
   for (std::size_t row = 0; row < observed.size(); ++row) {
     const std::size_t g = observed[row];
-    const std::span<const double> own = std::span(all).subspan(row * numbers, numbers);
-    if (has_measures && is_fixed(g)) job.measures[g] = GalaxyMeasure::unpacked(own.subspan(1));
-    if (own[0] > 0) scene.galaxies[g].brightness /= own[0];
+    const auto own = std::span(all).subspan(row * numbers.size(), numbers.size());
+    if (has_measures && is_fixed(g)) job.measures[g] = numbers.properties(own);
+    numbers.apply(own, scene.galaxies[g]);
   }
 }
 

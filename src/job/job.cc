@@ -157,6 +157,7 @@ std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
     if (!is_draft) {
       range = Renderer::footprints(parameters, camera, scene.unit, placed);
       const ObservedLight light = observed_light(placed, parameters, camera, scene.unit, false);
+      range.needs_light_means = light != ObservedLight::rays;
       if (light != ObservedLight::rays) range = range | measure_footprints(parameters);
       if (light == ObservedLight::dust) range = range | attenuation_footprints(parameters);
     }

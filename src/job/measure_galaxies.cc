@@ -33,7 +33,8 @@ std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
   for (std::size_t g = 0; g < galaxies.size(); ++g) {
     Galaxy* const reference = galaxies[g]->reference().get();
     if (reference == nullptr) continue;
-    const FootprintRange needed = footprints.empty() ? FootprintRange() : footprints[g];
+    FootprintRange needed = footprints.empty() ? FootprintRange() : footprints[g];
+    needed.needs_light_means = false;
     const auto [place, is_new] = places.try_emplace(reference, result.size());
     if (is_new) {
       result.emplace_back(reference, needed);

@@ -12,48 +12,76 @@ namespace gamer {
 // The light of small galaxies: each alone in its pixels, then one behind the other.
 
 std::size_t Renderer::layer_numbers(int galaxy) const {
-  const std::size_t planes = layout_.spectral();
-  std::size_t numbers = 2 * planes;
-  if (layout_.dust_free()) numbers += planes;
-  if (layout_.optical_depth()) numbers += planes;
-  if (layout_.has_components()) numbers += planes * medium_.emitters(galaxy);
-  return numbers;
+  const std::size_t planes = layout_.spectral(), emitters = medium_.emitters(galaxy);
+  const std::size_t lights = layout_.dust_free() ? 2 : 1;
+  return planes * (1 + (layout_.optical_depth() ? 1 : 0) + lights * emitters);
 }
 
 void Renderer::add_to_layer(int galaxy, const Sample& sample, std::size_t ray, Workspace& work,
                             GalaxyLayer& layer, const TakeLayerRay& take) const {
   const std::size_t planes = layout_.spectral(), nodes = medium_.nodes();
-  double* number = layer.values.data() + static_cast<std::size_t>(sample.pixel) * layer.numbers;
-  work.seen.assign(planes, 0.0);
-  work.dust_free.assign(planes, 0.0);
-  double* const parts = number + planes * (layout_.optical_depth() ? 3 : 2);
+  const std::size_t parts = medium_.emitters(galaxy) * planes;
+  work.seen.assign(parts, 0.0);
+  work.dust_free.assign(layout_.dust_free() ? parts : 0, 0.0);
   const double* light = work.light.light.data() + work.light.begin[ray];
   for (const Hit& hit : work.hits_of_ray[ray]) {
     for (std::size_t c = 0; c < medium_.light_components(hit.galaxy); ++c, light += nodes) {
-      work.part.assign(planes, 0.0);
-      medium_.add_planes(hit.galaxy, c, light, false, work.part);
-      if (layout_.dust_free()) medium_.add_planes(hit.galaxy, c, light, true, work.dust_free);
-      double* const own = parts + medium_.emitter(hit.galaxy, c) * planes;
-      for (std::size_t p = 0; p < planes; ++p) {
-        work.seen[p] += work.part[p];
-        if (layout_.has_components()) own[p] += sample.weight * work.part[p];
-      }
+      const std::size_t place = medium_.emitter(hit.galaxy, c) * planes;
+      const auto own = [&](std::vector<double>& all) {
+        return std::span(all).subspan(place, planes);
+      };
+      medium_.add_planes(hit.galaxy, c, light, false, own(work.seen));
+      if (layout_.dust_free()) medium_.add_planes(hit.galaxy, c, light, true, own(work.dust_free));
     }
   }
-  const auto add = [&](const auto& value) {
-    for (std::size_t p = 0; p < planes; ++p) *number++ += sample.weight * value(p);
-  };
-  add([&](std::size_t p) { return work.seen[p]; });
-  add([&](std::size_t p) {
-    if (work.hits_of_ray[ray].empty()) return 1.0;
-    return medium_.through(galaxy, p, work.light.through.data() + ray * nodes);
-  });
-  if (layout_.optical_depth()) {
-    add([&](std::size_t p) { return medium_.at_pivot(p, work.light.depth.data() + ray * nodes); });
+  double* number = layer.values.data() + static_cast<std::size_t>(sample.pixel) * layer.numbers;
+  for (std::size_t p = 0; p < planes; ++p) {
+    const double through =
+        work.hits_of_ray[ray].empty()
+            ? 1
+            : medium_.through(galaxy, p, work.light.through.data() + ray * nodes);
+    *number++ += sample.weight * through;
   }
-  if (layout_.has_components()) number += planes * medium_.emitters(galaxy);
-  if (layout_.dust_free()) add([&](std::size_t p) { return work.dust_free[p]; });
+  for (std::size_t p = 0; layout_.optical_depth() && p < planes; ++p) {
+    *number++ += sample.weight * medium_.at_pivot(p, work.light.depth.data() + ray * nodes);
+  }
+  for (const double part : work.seen) *number++ += sample.weight * part;
+  for (const double part : work.dust_free) *number++ += sample.weight * part;
   if (take) take(sample.x, sample.y, sample.weight, work.seen, work.dust_free);
+}
+
+GalaxyLayer Renderer::summed(int galaxy, const std::vector<double>& factors,
+                             const GalaxyLayer& parts) const {
+  const std::size_t planes = layout_.spectral(), emitters = medium_.emitters(galaxy);
+  const std::size_t depths = layout_.optical_depth() ? planes : 0;
+  GalaxyLayer sum{parts.region, parts.numbers - emitters * planes + planes, {}};
+  if (layout_.has_components()) sum.numbers += emitters * planes;
+  if (layout_.dust_free()) sum.numbers -= (emitters - 1) * planes;
+  const std::size_t pixels = parts.values.size() / parts.numbers;
+  sum.values.reserve(pixels * sum.numbers);
+  std::vector<double> total(planes);
+  const auto add_up = [&](const double* part) {
+    total.assign(planes, 0.0);
+    for (std::size_t e = 0; e < emitters; ++e) {
+      const double factor = factors.empty() ? 1 : factors[e];
+      for (std::size_t p = 0; p < planes; ++p) total[p] += factor * *part++;
+    }
+    sum.values.insert(sum.values.end(), total.begin(), total.end());
+  };
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    const double* const through = parts.values.data() + pixel * parts.numbers;
+    const double* const light = through + planes + depths;
+    add_up(light);
+    sum.values.insert(sum.values.end(), through, light);
+    for (std::size_t e = 0; layout_.has_components() && e < emitters; ++e) {
+      const double factor = factors.empty() ? 1 : factors[e];
+      for (std::size_t p = 0; p < planes; ++p) {
+        sum.values.push_back(factor * light[e * planes + p]);
+      }
+    }
+    if (layout_.dust_free()) add_up(light + emitters * planes);
+  }
+  return sum;
 }
 
 void Renderer::make_layers(std::span<const int> galaxies, const ImageRegion& region,
@@ -87,8 +115,7 @@ void Renderer::make_layers(std::span<const int> galaxies, const ImageRegion& reg
         const auto number = static_cast<int>(layers[k].place(x, y) / layers[k].numbers);
         if (!ray || !is_within(*ray, placed, pixel)) {
           // Light from behind passes.
-          double* const numbers = layers[k].values.data() + layers[k].place(x, y);
-          std::fill_n(numbers + layout_.spectral(), layout_.spectral(), 1.0);
+          std::fill_n(layers[k].values.data() + layers[k].place(x, y), layout_.spectral(), 1.0);
           continue;
         }
         work.near_pixel.assign(1, galaxies[k]);
@@ -100,7 +127,8 @@ void Renderer::make_layers(std::span<const int> galaxies, const ImageRegion& reg
   work.use_samples(1, integrate);
 }
 
-GalaxyLayer Renderer::layer(int galaxy, const ImageRegion& region, const TakeLayerRay& take) const {
+GalaxyLayer Renderer::layer_parts(int galaxy, const ImageRegion& region,
+                                  const TakeLayerRay& take) const {
   GalaxyLayer result;
   Workspace work;
   RenderCounts counts;
@@ -123,6 +151,10 @@ void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& re
   if (!missing.empty()) {
     work.made_layers.resize(std::max(work.made_layers.size(), missing.size()));
     make_layers(missing, region, work.made_layers, work, counts, {});
+    for (std::size_t k = 0; k < missing.size(); ++k) {
+      const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(missing[k])];
+      work.made_layers[k] = summed(missing[k], placed.light_factors, work.made_layers[k]);
+    }
   }
   std::size_t made = 0;
   for (auto& [galaxy, layer] : work.layers) {

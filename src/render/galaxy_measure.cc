@@ -58,6 +58,13 @@ class RingSums {
     }
   }
 
+  /// Adds other light, `factor` times.
+  void add(const RingSums& more, double factor) {
+    for (std::size_t ring = 0; ring < sums_.size(); ++ring) {
+      sums_[ring] += factor * more.sums_[ring];
+    }
+  }
+
   /// Radius of half of the light; linear within a ring.
   double half_light_radius() const {
     const double half = 0.5 * std::accumulate(sums_.begin(), sums_.end(), 0.0);
@@ -89,7 +96,7 @@ struct View {
   glm::dvec2 east;
 };
 
-/// Sums of the light of a galaxy's rays.
+/// Sums of the light of a component's rays.
 class SumOfRays {
  public:
   SumOfRays(const View& view, std::size_t planes, double reach)
@@ -99,6 +106,10 @@ class SumOfRays {
   /// Light counts `scale` times.
   void add(double x, double y, double area, double scale, std::span<const double> seen,
            std::span<const double> free);
+  /// Adds the light of another component, `factor` times.
+  void add(const SumOfRays& more, double factor);
+  /// Light without dust in all planes.
+  double free() const { return std::accumulate(free_.begin(), free_.end(), 0.0); }
   /// `exact` is the flux without dust where the flux is fixed, else null.
   GalaxyMeasure result(const std::vector<double>* exact) const;
 
@@ -125,6 +136,20 @@ void SumOfRays::add(double x, double y, double area, double scale, std::span<con
   nn_ += flux * n * n;
   ee_ += flux * e * e;
   ne_ += flux * n * e;
+}
+
+void SumOfRays::add(const SumOfRays& more, double factor) {
+  for (std::size_t p = 0; p < seen_.size(); ++p) {
+    seen_[p] += factor * more.seen_[p];
+    free_[p] += factor * more.free_[p];
+  }
+  rings_.add(more.rings_, factor);
+  sum_ += factor * more.sum_;
+  north_ += factor * more.north_;
+  east_ += factor * more.east_;
+  nn_ += factor * more.nn_;
+  ee_ += factor * more.ee_;
+  ne_ += factor * more.ne_;
 }
 
 GalaxyMeasure SumOfRays::result(const std::vector<double>* exact) const {
@@ -217,6 +242,21 @@ std::shared_ptr<const Scene> scene_of(const PlacedGalaxy& galaxy) {
   return alone;
 }
 
+/// The flux of a component without dust, [plane].
+std::vector<double> flux_of_component(const PlacedGalaxy& galaxy, std::size_t c,
+                                      const Camera& camera, const Spectrum& spectrum) {
+  double radius = galaxy.radius;
+  if (camera.projection() != Projection::orthographic) radius /= camera.distance(galaxy.centre);
+  const double scale = galaxy.brightness * galaxy.magnification * radius * radius;
+  const Sed& sed = *galaxy.galaxy->components()[c]->sed();
+  std::vector<double> flux;
+  for (const SpectralPlane& plane : spectrum.planes) {
+    flux.push_back(scale * galaxy.galaxy->luminosity(c) *
+                   plane.flux(sed, galaxy.redshift, spectrum.igm));
+  }
+  return flux;
+}
+
 double reach_of(const ImageRegion& window) { return window.width / std::numbers::sqrt2 + 2; }
 
 }  // namespace
@@ -233,6 +273,7 @@ GalaxyMeasure GalaxyMeasure::unpacked(std::span<const double> numbers) {
   const auto middle = planes.begin() + static_cast<std::ptrdiff_t>(planes.size() / 2);
   return {{planes.begin(), middle},
           {middle, planes.end()},
+          {},
           numbers[0],
           numbers[1],
           numbers[2],
@@ -242,17 +283,11 @@ GalaxyMeasure GalaxyMeasure::unpacked(std::span<const double> numbers) {
 std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& camera,
                                    const Spectrum& spectrum, bool bulge_only) {
   std::vector<double> flux(spectrum.planes.size(), 0.0);
-  double radius = galaxy.radius;
-  if (camera.projection() != Projection::orthographic) radius /= camera.distance(galaxy.centre);
-  const double scale = galaxy.brightness * galaxy.magnification * radius * radius;
-  const auto components = galaxy.galaxy->components();
-  for (std::size_t c = 0; c < components.size(); ++c) {
-    const Component& component = *components[c];
+  for (std::size_t c = 0; c < galaxy.galaxy->components().size(); ++c) {
+    const Component& component = *galaxy.galaxy->components()[c];
     if (component.absorbs() || (bulge_only && !component.traits().is_bulge)) continue;
-    for (std::size_t p = 0; p < flux.size(); ++p) {
-      flux[p] += scale * galaxy.galaxy->luminosity(c) *
-                 spectrum.planes[p].flux(*component.sed(), galaxy.redshift, spectrum.igm);
-    }
+    const std::vector<double> own = flux_of_component(galaxy, c, camera, spectrum);
+    for (std::size_t p = 0; p < flux.size(); ++p) flux[p] += own[p];
   }
   return flux;
 }
@@ -292,14 +327,36 @@ GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy
                             const Camera& camera, const Spectrum& spectrum, GalaxyLayer& layer) {
   const ImageRegion window = window_of(galaxy, camera);
   const glm::dvec2 centre = *camera.pixel(galaxy.centre);
-  SumOfRays sum(image_view(galaxy, camera), spectrum.planes.size(), reach_of(window));
-  layer = renderer.layer(number, window,
-                         [&](double x, double y, double area, std::span<const double> seen,
-                             std::span<const double> free) {
-                           sum.add(x, y, area, galaxy.brightness * area, seen, free);
-                         });
-  const std::vector<double> exact = dust_free_flux(galaxy, camera, spectrum);
-  GalaxyMeasure result = sum.result(&exact);
+  const std::size_t planes = spectrum.planes.size();
+  const View view = image_view(galaxy, camera);
+  std::vector<std::vector<double>> exact;  // of each emitting component
+  for (std::size_t c = 0; c < galaxy.galaxy->components().size(); ++c) {
+    if (galaxy.galaxy->components()[c]->absorbs()) continue;
+    exact.push_back(flux_of_component(galaxy, c, camera, spectrum));
+  }
+  const SumOfRays none(view, planes, reach_of(window));
+  std::vector<SumOfRays> sums(exact.size(), none);
+  const GalaxyLayer parts = renderer.layer_parts(
+      number, window,
+      [&](double x, double y, double area, std::span<const double> seen,
+          std::span<const double> free) {
+        for (std::size_t e = 0; e < sums.size(); ++e) {
+          sums[e].add(x, y, area, galaxy.brightness * area, seen.subspan(e * planes, planes),
+                      free.subspan(e * planes, planes));
+        }
+      });
+  SumOfRays all = none;
+  std::vector<double> factors;
+  for (std::size_t e = 0; e < sums.size(); ++e) {
+    const double flux = std::accumulate(exact[e].begin(), exact[e].end(), 0.0);
+    const double rays = view.area * sums[e].free();
+    factors.push_back(rays > 0 && flux > 0 ? flux / rays : 1);
+    all.add(sums[e], factors.back());
+  }
+  layer = renderer.summed(number, factors, parts);
+  const std::vector<double> whole = dust_free_flux(galaxy, camera, spectrum);
+  GalaxyMeasure result = all.result(&whole);
+  result.light_factors = factors;
   result.optical_depth = renderer.optical_depth(centre.x, centre.y, number);
   return result;
 }

@@ -551,6 +551,7 @@ void Medium::fill(int galaxy, std::span<const NodesInBall> stretches, std::size_
   const auto threshold = static_cast<float>(accuracy_.texture_threshold);
   const std::size_t components = type.components().size();
   s.densities.resize(std::max(s.densities.size(), variants * components));
+  s.rays.divides_light = !placed(galaxy).has_fixed_flux;
   const bool has_fields =
       std::ranges::any_of(galaxy_class.fields, [](const auto* field) { return field != nullptr; });
   const auto dust_slot = [&](std::size_t variant, std::size_t m) -> std::vector<float>& {

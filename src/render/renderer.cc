@@ -331,7 +331,10 @@ double Renderer::optical_depth(double x, double y, int galaxy) const {
   if (!ray) return 0;
   std::vector<Hit> hits;
   medium_.hits(*ray, std::span(&galaxy, 1), hits);
-  for (Hit& hit : hits) set_footprint(1, hit);
+  for (Hit& hit : hits) {
+    set_footprint(1, hit);
+    hit.seeks_depth = true;
+  }
   const std::span<const Hit> own(hits);
   RayLight light;
   RenderCounts counts;
@@ -416,8 +419,10 @@ void Renderer::add_ray(const Sample& sample, std::size_t ray, Workspace& work,
                         std::vector<double>& planes) {
     planes.assign(layout_.spectral(), 0.0);
     medium_.add_planes(hit.galaxy, c, light, is_dust_free, planes);
-    const double brightness = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].brightness;
-    for (double& plane : planes) plane *= brightness * sample.weight;
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)];
+    const double factor =
+        placed.brightness * placed.light_factor(medium_.emitter(hit.galaxy, c)) * sample.weight;
+    for (double& plane : planes) plane *= factor;
   };
   for (const Hit& hit : work.hits_of_ray[ray]) {
     const std::size_t object = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].object;

@@ -54,6 +54,21 @@ z0 = 0.02
 rh = 0.2
 arm_width = 1
 )";
+constexpr const char* two_parts = R"([[component]]
+class = "disk"
+sed = "Sbc"
+z0 = 0.02
+rh = 0.2
+arm_width = 0
+fraction = 0.7
+[[component]]
+class = "associations"
+sed = "Sbc"
+z0 = 0.01
+rh = 0.3
+arm_width = 0
+fraction = 0.3
+)";
 // Light and dust mixed in one proportion: tau(R) = tau_V a exp(-R/h) face on.
 constexpr const char* mixed = R"([[component]]
 class = "disk"
@@ -79,6 +94,7 @@ RenderJob make(const std::string& list, const std::string& toml, bool truth = fa
   resources.add({"galaxies/compact", "compact.toml", compact});
   resources.add({"galaxies/spiral", "spiral.toml", spiral});
   resources.add({"galaxies/clumps", "clumps.toml", clumps});
+  resources.add({"galaxies/parts", "parts.toml", two_parts});
   resources.add({"galaxies/mixed", "mixed.toml", mixed});
   const Camera camera(parameters);
   Spectrum spectrum = load_spectrum(parameters, resources);
@@ -383,6 +399,55 @@ TEST(Layers, TellTheTruth) {
   EXPECT_NEAR(known.e2, own.e2, rounding_of_sums);
   EXPECT_EQ(known.optical_depth, own.optical_depth);
   EXPECT_LT(known.attenuation[0], 0.9);
+}
+
+// The rays of a galaxy of fixed flux give each component its share of the light.
+TEST(Layers, GiveComponentsTheirShares) {
+  RenderJob made = make(
+      "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
+      "parts 10 20 0.1 4 50 22 3\n",
+      crowded_sky(1e-2));
+  ASSERT_TRUE(is_fixed(made));
+  EXPECT_EQ(made.scene->galaxies.front().light_factors.size(), 2u);
+  TruthSettings truth;
+  truth.parts = TruthSettings::Parts::components;
+  const std::vector<double> shares = {0.7, 0.3};
+  const double whole = std::pow(10, -0.4 * (22 - ab_magnitude(1)));
+  // Layers that are kept have no images of parts.
+  made.layers = nullptr;
+  ThreadExecutor executor(2);
+  const Image image = render_image(image_renderer(made, truth), executor);
+  for (int e = 0; e < 2; ++e) {
+    EXPECT_NEAR(sum_of(image, 1 + e) / whole, shares[static_cast<std::size_t>(e)], rounding);
+  }
+}
+
+// A table's depth is as exact as light, also where little light lies behind the dust.
+TEST(Measure, OpticalDepthHasItsOwnNodes) {
+  std::string rows = "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n";
+  constexpr int galaxies = 12;
+  for (int g = 0; g < galaxies; ++g) {
+    rows += fmt::format("{} 10 20 0.1 4 {} 22 {}\n", g % 2 == 0 ? "ngc4321" : "elliptical_dust",
+                        7 * (g + 1), g + 1);
+  }
+  const RenderJob made = make(rows, crowded_sky(1e-2));
+  Accuracy accuracy = Accuracy::from_tolerance(made.parameters.sampling.tolerance);
+  const auto depths = [&] {
+    const Renderer renderer(made.parameters, accuracy, made.camera, made.scene, made.spectrum, {});
+    std::vector<double> result;
+    for (int g = 0; g < galaxies; ++g) {
+      const glm::dvec2 centre = *made.camera.pixel(made.scene->galaxies[0].centre);
+      result.push_back(renderer.optical_depth(centre.x, centre.y, g));
+    }
+    return result;
+  };
+  const std::vector<double> own = depths();
+  accuracy.ray_error *= 1e-3;
+  const std::vector<double> exact = depths();
+  for (std::size_t g = 0; g < own.size(); ++g) {
+    EXPECT_GT(exact[g], 1e-4);
+    EXPECT_NEAR(own[g] / exact[g], 1, 8.8e-4) << g;  // measured: 4.4e-4
+  }
 }
 
 // Absolute magnitudes are those without dust unless it is asked for.

@@ -112,7 +112,7 @@ class Galaxy {
   /// Fills an array for each component with the mean of its own Phi at these footprints; null
   /// footprints hide nothing. The mean of a follower is the mean of both textures together, divided
   /// by the mean of the followed texture.
-  void look_up_means(std::size_t size, const BatchArray* log_footprints,
+  void look_up_means(std::size_t size, const BatchArray* log_footprints, bool divides_light,
                      std::span<BatchArray> out) const;
   static void look_up(const DustClosure::ByObliquity& tables, std::size_t size,
                       const BatchArray& log_footprints, const BatchArray& obliquity,

@@ -24,6 +24,8 @@ struct SampleBatch {
 struct RayBatch {
   BatchArray footprint;  ///< width of the area that the ray represents, galaxy radii
   BatchArray obliquity;  ///< ln of the ray's path per height above the plane
+  /// Whether Phi of light is divided by its mean over the component, and not only that of dust.
+  bool divides_light = true;
 };
 
 /// Footprint below which rays resolve every texture.

@@ -14,6 +14,8 @@ struct GalaxyMeasure {
   /// [plane] Light of the rays without dust, as a share of dust_free_flux(); 1 where the flux is
   /// not fixed.
   std::vector<double> dust_free;
+  /// Where the flux is fixed, PlacedGalaxy::light_factors; else empty.
+  std::vector<double> light_factors;
   double half_light_radius = 0;  ///< scene units; circle around the centre, first plane, with dust
   /// Ellipticity from second moments of the light of the first plane, with dust, about its
   /// centroid. With the axes N (up in the image) and E (left), e1 + i e2 = (Q_NN - Q_EE + 2 i
@@ -21,7 +23,7 @@ struct GalaxyMeasure {
   double e1 = 0, e2 = 0;
   double optical_depth = 0;  ///< through the centre, first plane
 
-  /// All numbers, for messages between ranks; unpacked() is the inverse.
+  /// All numbers but light_factors, for messages between ranks; unpacked() is the inverse.
   std::vector<double> packed() const;
   /// Length of packed() for a number of planes.
   static std::size_t numbers(std::size_t planes) { return 4 + 2 * planes; }
@@ -44,7 +46,7 @@ bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters
 FootprintRange measure_footprints(const RenderParameters& parameters, double ray_distance = 2.5);
 
 /// Measures a galaxy of fixed flux with its rays in the image, and makes its layer. `number` is its
-/// place in the renderer's scene. Light without dust needs a renderer of dust-free planes.
+/// place in the renderer's scene. The renderer has dust-free planes.
 GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy, int number,
                             const Camera& camera, const Spectrum& spectrum, GalaxyLayer& layer);
 

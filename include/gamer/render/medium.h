@@ -33,6 +33,7 @@ struct Hit {
   double footprint_growth = 0;
 
   bool shares_pixel = false;  ///< whether the ray's pixel has several rays
+  bool seeks_depth = false;   ///< whether the optical depth decides the nodes, instead of the light
 
   double footprint_at(double t) const { return footprint + footprint_growth * t; }
 };

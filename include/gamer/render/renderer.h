@@ -79,12 +79,19 @@ class Renderer {
   /// renderer.
   void use(std::shared_ptr<const GalaxyLayers> layers) { layers_ = std::move(layers); }
   /// A function that takes a ray: its pixel coordinates (from 0), its area (pixels), and its light
-  /// by spectral plane, as seen and without dust.
+  /// by emitting component and spectral plane, as seen and without dust.
   using TakeLayerRay =
       std::function<void(double x, double y, double area, std::span<const double> seen,
                          std::span<const double> dust_free)>;
-  /// The layer of a galaxy in a region of the whole image. Calls `take` for its rays.
-  GalaxyLayer layer(int galaxy, const ImageRegion& region, const TakeLayerRay& take) const;
+  /// A galaxy in pixels of a region of the whole image, by component; calls `take` for its rays. A
+  /// pixel has numbers by spectral plane: the share of light behind that comes through, then the
+  /// optical depth if an image shows it, then the light of each emitting component. The light of
+  /// each without dust comes last, if an image shows it.
+  GalaxyLayer layer_parts(int galaxy, const ImageRegion& region, const TakeLayerRay& take) const;
+  /// The layer of which these are the parts. Light of a component counts as often as its factor;
+  /// without factors it counts once.
+  GalaxyLayer summed(int galaxy, const std::vector<double>& factors,
+                     const GalaxyLayer& parts) const;
   /// Wavelengths of the spectral nodes, Angstrom.
   std::vector<double> spectral_nodes() const;
 
@@ -134,13 +141,13 @@ class Renderer {
                  LightSums& sums, RenderCounts& counts) const;
   /// Adds the light and depth of an integrated ray.
   void add_ray(const Sample& sample, std::size_t ray, Workspace& work, LightSums& sums) const;
-  /// Numbers of a pixel of a galaxy's layer.
+  /// Numbers of a pixel of the parts of a galaxy's layer.
   std::size_t layer_numbers(int galaxy) const;
-  /// Makes the layers of galaxies in a region.
+  /// Makes the parts of the layers of galaxies in a region.
   void make_layers(std::span<const int> galaxies, const ImageRegion& region,
                    std::span<GalaxyLayer> layers, Workspace& work, RenderCounts& counts,
                    const TakeLayerRay& take) const;
-  /// Adds an integrated ray to the sums of its layer.
+  /// Adds an integrated ray to the parts of its layer.
   void add_to_layer(int galaxy, const Sample& sample, std::size_t ray, Workspace& work,
                     GalaxyLayer& layer, const TakeLayerRay& take) const;
   /// Finds or makes the layers of galaxies near a region.

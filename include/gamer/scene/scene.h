@@ -48,6 +48,12 @@ struct PlacedGalaxy {
   bool is_absolute = false;  ///< whether its magnitude is absolute
   /// Whether its brightness was set so that its rays in this image add up to its magnitude.
   bool has_fixed_flux = false;
+  /// Factors of the light of each emitting component; empty for 1. With them the rays of a galaxy
+  /// of fixed flux give each component its share of the light without dust.
+  std::vector<double> light_factors = {};
+  double light_factor(std::size_t emitter) const {
+    return light_factors.empty() ? 1 : light_factors[emitter];
+  }
   /// Whether it is rendered by itself, and then laid over what is behind it (GalaxyLayer). Every
   /// galaxy of fixed flux is.
   bool is_layer = false;

@@ -22,11 +22,15 @@ namespace {
 // and a margin. A component with a share f of the light may have f^(-1/2) times that error.
 // Together the errors are then this share of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 13;
+// Ratio of this number to that where a rough mean suffices.
+constexpr std::size_t rough = 8;
 constexpr double least_larger_cloud = 1 << 15;
 constexpr double cloud_margin = 1.5;
 // Largest error of the mean of a fully resolved texture. Errors of dust in front of stars do not
 // average out.
 constexpr double whole_error = 0.003;
+// Ratio of these errors for dust of galaxies of fixed flux, where they change colours alone.
+constexpr double fixed_flux_error = 4;
 // Number of batches of a slice; processes share large clouds in slices.
 constexpr std::size_t slice_batches = 128;
 // Widest footprint at which means are tabulated, and the ratio of successive footprints.
@@ -177,7 +181,8 @@ void GalaxyStatistics::finish(Round round) {
 void GalaxyStatistics::plan_means() {
   for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     const Component& component = component_at(c);
-    if (!is_textured(c) || (is_reference() && !component.absorbs())) continue;
+    if (!is_textured(c)) continue;
+    if (!component.absorbs() && (is_reference() || !footprints_.needs_light_means)) continue;
     of(Round::means).push_back({c, 0, 0});
     if (is_reference()) {
       means_.emplace_back(c, 0.0);
@@ -296,7 +301,9 @@ void GalaxyStatistics::normalise(std::size_t c) {
     };
   }
   try {
-    component.texture()->normalise(component.cloud(first_points()).all(), factor);
+    // A texture whose mean is known from elsewhere is normalised only roughly.
+    const std::size_t points = first_points() / (component.has_texture_mean() ? rough : 1);
+    component.texture()->normalise(component.cloud(points).all(), factor);
   } catch (const InputError& error) {
     throw InputError(component.where(), "component '" + component.name() + "': " + error.what());
   }
@@ -304,8 +311,8 @@ void GalaxyStatistics::normalise(std::size_t c) {
 }
 
 double GalaxyStatistics::wanted_error(std::size_t c, double footprint) const {
-  const double error =
-      footprint > 0 ? galaxy_.mean_error() : std::min(galaxy_.mean_error(), whole_error);
+  double error = footprint > 0 ? galaxy_.mean_error() : std::min(galaxy_.mean_error(), whole_error);
+  if (!is_reference() && !footprints_.needs_light_means) error *= fixed_flux_error;
   return error / std::sqrt(share(c));
 }
 

@@ -13,6 +13,9 @@ namespace {
 
 // Optical depth beyond which relative errors need not decrease further.
 constexpr double deepest = 80;
+// Error of a ray that seeks the optical depth, relative to that of a ray's light. No mean over many
+// rays makes it smaller.
+constexpr double depth_error = 0.1;
 // Largest number of pieces of a ray.
 constexpr std::int32_t most_pieces = most_nodes_of_a_ray / piece_intervals;
 // Largest number of halvings of a piece; single precision ends before.
@@ -277,6 +280,26 @@ double AdaptiveSampler::typical_brightness(std::span<const Hit> hits, std::size_
   return typical;
 }
 
+AdaptiveSampler::Errors AdaptiveSampler::depth_errors_of(std::int32_t first, std::size_t s,
+                                                         AdaptiveWorkspace& ws) const {
+  const std::size_t planes = ws.steering_node.size();
+  const auto depth_of = [&](std::int32_t r) -> const Steered& {
+    const auto result = static_cast<std::size_t>(ws.segments[static_cast<std::size_t>(r)].result);
+    return ws.steered[(result * 2 + 1) * planes + s];
+  };
+  const auto next = [&](std::int32_t r) { return ws.segments[static_cast<std::size_t>(r)].next; };
+  double depth = 0, square = 0, count = 0;
+  for (std::int32_t r = first; r != no_segment; r = next(r)) depth += double{depth_of(r).value};
+  ws.errors.clear();
+  for (std::int32_t r = first; r != no_segment; r = next(r)) {
+    const bool has_texture = ws.segments[static_cast<std::size_t>(r)].has_texture;
+    ws.errors.push_back(depth_of(r).error(depth, has_texture));
+    square += ws.errors.back() * ws.errors.back();
+    ++count;
+  }
+  return {square, depth_error * medium_.accuracy().ray_error * depth, count};
+}
+
 AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, std::int32_t first,
                                                    std::size_t s, AdaptiveWorkspace& ws) const {
   const std::size_t planes = ws.steering_node.size(), nodes = medium_.nodes();
@@ -343,7 +366,8 @@ bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, Adaptiv
   const bool is_full = ws.pieces_of_ray[static_cast<std::size_t>(ray)] >= most_pieces;
   bool any = false, is_within = true;
   for (std::size_t s = 0; s < planes; ++s) {
-    const auto [square, allowed, count] = errors_of(hits, first, s, ws);
+    const auto [square, allowed, count] =
+        hits.front().seeks_depth ? depth_errors_of(first, s, ws) : errors_of(hits, first, s, ws);
     if (square <= allowed * allowed) continue;
     is_within = false;
     std::size_t i = 0;

@@ -77,6 +77,8 @@ class AdaptiveSampler : public Sampler {
   /// Fills ws.errors by segment.
   Errors errors_of(std::span<const Hit> hits, std::int32_t first, std::size_t s,
                    AdaptiveWorkspace& ws) const;
+  /// Errors of a ray that seeks the optical depth.
+  Errors depth_errors_of(std::int32_t first, std::size_t s, AdaptiveWorkspace& ws) const;
   /// Marks the segments of a ray that need more nodes, and returns whether there are any. A ray
   /// whose error stays too large counts as unconverged. Then a limit kept a segment from more
   /// nodes, or the segment was finished before segments in front of it became clearer.

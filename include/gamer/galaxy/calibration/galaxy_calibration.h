@@ -11,20 +11,23 @@
 
 namespace gamer {
 
-/// The range of footprints of rays that see a galaxy, galaxy radii; by default all. A flag tells
-/// whether something sees the whole texture, such as the light of drawn stars.
+/// The range of footprints of rays that see a galaxy, galaxy radii; by default all.
 struct FootprintRange {
   double narrowest = 0;
   double widest = HUGE_VAL;
-  bool sees_whole = false;
+  bool sees_whole = false;  ///< whether something sees the whole texture, as drawn stars' light
+  /// Whether the mean of Phi over components that emit is needed. It is not where all rays of the
+  /// galaxy fix their light (PlacedGalaxy::light_factors).
+  bool needs_light_means = true;
 
   bool covers(const FootprintRange& other) const {
-    return narrowest <= other.narrowest && other.widest <= widest;
+    return narrowest <= other.narrowest && other.widest <= widest &&
+           (needs_light_means || !other.needs_light_means);
   }
   /// The smallest range that holds both ranges.
   FootprintRange operator|(const FootprintRange& other) const {
     return {std::min(narrowest, other.narrowest), std::max(widest, other.widest),
-            sees_whole || other.sees_whole};
+            sees_whole || other.sees_whole, needs_light_means || other.needs_light_means};
   }
 };
 
@@ -63,7 +66,7 @@ struct GalaxyCalibration {
   /// The closure of each component that absorbs. Galaxies of one reference share it.
   std::shared_ptr<const std::vector<DustClosure>> dust;
   /// The footprints for which a reference's closure has been measured.
-  FootprintRange closure_range{HUGE_VAL, 0, false};
+  FootprintRange closure_range{HUGE_VAL, 0, false, false};
 };
 
 }  // namespace gamer
