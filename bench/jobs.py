@@ -33,12 +33,16 @@ def read_report(text):
     lines = [line.removeprefix("gamer:").split() for line in text.splitlines()
              if line.startswith("gamer:")]
     start = next(i for i, line in enumerate(lines) if line[:1] == ["rank"])
+    end = next(i for i, line in enumerate(lines) if line[:2] == ["per", "pixel"])
     ranks = [{name: word if name == "rank" else float(word) for name, word in zip(NAMES, line)}
-             for line in lines[start + 1:-1]]
+             for line in lines[start + 1:end]]
     for rank in ranks:
         rank["noise_per_second"] *= 1e6
-    numbers = [float(word.rstrip(",")) for word in lines[-1] if word[:1].isdigit()]
-    return {"ranks": ranks, "per_pixel": dict(zip(PER_PIXEL, numbers))}
+    numbers = [[float(word.rstrip(",")) for word in line if word[:1].isdigit()] for line in lines[end:]]
+    # A second line counts the work of the set-up.
+    for i in range(len(numbers[1]) if len(numbers) > 1 else 0):
+        numbers[0][i] += numbers[1][i]
+    return {"ranks": ranks, "per_pixel": dict(zip(PER_PIXEL, numbers[0]))}
 
 
 def run_once(command):

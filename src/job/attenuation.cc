@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
@@ -209,6 +210,8 @@ class FixedFluxes {
   const Spectrum& spectrum() const { return spectrum_; }
   std::vector<double> spectral_nodes() const { return renderer_.spectral_nodes(); }
   const std::shared_ptr<GalaxyLayers>& layers() const { return layers_; }
+  /// Counts of all rays so far.
+  const RenderCounts& counts() const { return counts_; }
 
  private:
   static Spectrum planes(const Bandpass& reference, const RenderJob& job);
@@ -222,6 +225,8 @@ class FixedFluxes {
   Renderer renderer_;
   bool drops_dust_free_;  ///< from layers, since the image does not show it
   std::shared_ptr<GalaxyLayers> layers_;
+  std::mutex mutex_;
+  RenderCounts counts_;
 };
 
 Spectrum FixedFluxes::planes(const Bandpass& reference, const RenderJob& job) {
@@ -256,6 +261,8 @@ GalaxyMeasure FixedFluxes::measure(std::size_t galaxy) {
     if (drops_dust_free_) layer.shorten(layer.numbers - spectrum_.planes.size());
     layers_->keep(galaxy, std::move(layer));
   }
+  const std::lock_guard lock(mutex_);
+  counts_ += result.counts;
   return result;
 }
 
@@ -306,8 +313,9 @@ void share_layers(const Ranks& ranks, std::size_t galaxies, GalaxyLayers& layers
   }
 }
 
-/// The numbers in which ranks share what they measured of a galaxy: its attenuation, the number of
-/// its factors, these factors, and its properties where the table of truth needs them.
+/// The numbers in which ranks share what they measured of a galaxy: its attenuation, its
+/// unconverged rays, the number of its factors, and these factors. Its properties follow where the
+/// table of truth needs them.
 class MeasuredNumbers {
  public:
   MeasuredNumbers(const Scene& scene, std::span<const std::size_t> observed,
@@ -316,7 +324,8 @@ class MeasuredNumbers {
   std::size_t size() const { return first_property_ + properties_; }
   void write(double attenuation, const GalaxyMeasure& measured, std::span<double> numbers) const;
   /// Gives a galaxy its brightness and its factors.
-  void apply(std::span<const double> numbers, PlacedGalaxy& galaxy) const;
+  static void apply(std::span<const double> numbers, PlacedGalaxy& galaxy);
+  static double unconverged_rays(std::span<const double> numbers) { return numbers[1]; }
   /// The properties, if there are any.
   std::optional<GalaxyMeasure> properties(std::span<const double> numbers) const {
     if (properties_ == 0) return std::nullopt;
@@ -324,7 +333,9 @@ class MeasuredNumbers {
   }
 
  private:
-  std::size_t first_property_ = 2;
+  static constexpr std::size_t first_factor = 3;
+
+  std::size_t first_property_ = first_factor;
   std::size_t properties_;
 };
 
@@ -341,14 +352,16 @@ MeasuredNumbers::MeasuredNumbers(const Scene& scene, std::span<const std::size_t
 void MeasuredNumbers::write(double attenuation, const GalaxyMeasure& measured,
                             std::span<double> numbers) const {
   numbers[0] = attenuation;
-  numbers[1] = static_cast<double>(measured.light_factors.size());
-  std::ranges::copy(measured.light_factors, numbers.subspan(2).begin());
+  numbers[1] = static_cast<double>(measured.counts.unconverged_rays);
+  numbers[2] = static_cast<double>(measured.light_factors.size());
+  std::ranges::copy(measured.light_factors, numbers.subspan(first_factor).begin());
   if (properties_ == 0 || measured.light_factors.empty()) return;
   std::ranges::copy(measured.packed(), numbers.subspan(first_property_).begin());
 }
 
-void MeasuredNumbers::apply(std::span<const double> numbers, PlacedGalaxy& galaxy) const {
-  const std::span<const double> factors = numbers.subspan(2, static_cast<std::size_t>(numbers[1]));
+void MeasuredNumbers::apply(std::span<const double> numbers, PlacedGalaxy& galaxy) {
+  const std::span<const double> factors =
+      numbers.subspan(first_factor, static_cast<std::size_t>(numbers[2]));
   galaxy.light_factors.assign(factors.begin(), factors.end());
   if (numbers[0] > 0) galaxy.brightness /= numbers[0];
 }
@@ -404,13 +417,17 @@ void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pend
         if (pending.progress) pending.progress(more, count);
       });
   if (fixed && ranks.size() > 1) share_layers(ranks, scene.galaxies.size(), *fixed->layers());
-  if (fixed) job.layers = fixed->layers();
+  if (fixed) {
+    job.layers = fixed->layers();
+    job.layer_counts = fixed->counts();
+  }
   if (has_measures) job.measures.resize(scene.galaxies.size());
   for (std::size_t row = 0; row < observed.size(); ++row) {
     const std::size_t g = observed[row];
     const auto own = std::span(all).subspan(row * numbers.size(), numbers.size());
     if (has_measures && is_fixed(g)) job.measures[g] = numbers.properties(own);
-    numbers.apply(own, scene.galaxies[g]);
+    MeasuredNumbers::apply(own, scene.galaxies[g]);
+    job.unconverged_rays += MeasuredNumbers::unconverged_rays(own);
   }
 }
 

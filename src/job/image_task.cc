@@ -346,7 +346,8 @@ void ImageTask::render_rows(Executor& executor, Progress::Style style, RankRepor
   const std::size_t row_size = static_cast<std::size_t>(renderer.width()) * renderer.planes();
   const std::size_t image_size = static_cast<std::size_t>(renderer.width()) * header_.planes();
   is_dark_ = true;
-  unconverged_rays_ = 0;
+  unconverged_rays_ = job_.unconverged_rays;
+  report.layer_counts += job_.layer_counts;
   run(
       renderer, blocks, journaled,
       [&](RowRange rows, std::span<const double> all) {
@@ -429,6 +430,7 @@ void help_render(const RenderJob& job, const JobOptions& options, Executor& exec
     star_table(job, renderer, executor);
     before += executor.times() - begin;
   }
+  report.layer_counts += job.layer_counts;
   run(renderer, blocks, executor, {}, report);
   report.runs += executor.times() - before;
 }

@@ -21,7 +21,7 @@ struct Line {
   double available = 0;  ///< of the threads; what follows is its parts
   double set_up = 0, compute = 0, waiting = 0;
   double writing = 0;
-  RenderCounts counts;
+  RenderCounts counts, layer_counts;
   std::uint64_t peak_memory = 0;
 
   void add(const RankReport& rank) {
@@ -35,6 +35,7 @@ struct Line {
     waiting += rank.runs.waiting;
     writing += rank.writing;
     counts += rank.counts;
+    layer_counts += rank.layer_counts;
     peak_memory = std::max(peak_memory, rank.peak_memory);
   }
 };
@@ -53,6 +54,14 @@ std::string text_of(const Line& line, const std::string& name) {
       percent(line.compute - named), percent(line.waiting), 100 * ratio(line.writing, line.wall),
       1e-6 * ratio(static_cast<double>(counts.noise_evaluations), counts.noise_seconds),
       static_cast<double>(line.peak_memory) / mebibyte);
+}
+
+/// The work of counts per pixel.
+std::string work_text(const RenderCounts& counts, double pixels) {
+  return fmt::format("{:.2f} rays, {:.1f} samples, {:.1f} noise evaluations",
+                     ratio(static_cast<double>(counts.rays), pixels),
+                     ratio(static_cast<double>(counts.nodes), pixels),
+                     ratio(static_cast<double>(counts.noise_evaluations), pixels));
 }
 
 }  // namespace
@@ -93,13 +102,12 @@ std::string report_text(std::span<const RankReport> ranks, double pixels) {
     text += text_of(line, fmt::format("{}", rank));
   }
   if (ranks.size() > 1) text += text_of(all, "all");
-  text += fmt::format(
-      "gamer: per pixel {:.2f} rays, {:.1f} samples, {:.1f} noise evaluations, {:.3f} us of a "
-      "core\n",
-      ratio(static_cast<double>(all.counts.rays), pixels),
-      ratio(static_cast<double>(all.counts.nodes), pixels),
-      ratio(static_cast<double>(all.counts.noise_evaluations), pixels),
-      1e6 * ratio(all.compute, pixels));
+  text += fmt::format("gamer: per pixel {}, {:.3f} us of a core\n", work_text(all.counts, pixels),
+                      1e6 * ratio(all.compute, pixels));
+  if (all.layer_counts.rays > 0) {
+    text += fmt::format("gamer: per pixel {} in the set-up, which fixes fluxes\n",
+                        work_text(all.layer_counts, pixels));
+  }
   return text;
 }
 

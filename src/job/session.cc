@@ -145,6 +145,7 @@ class RenderInProgress {
           tell(Stage::rows, done += rows.size(), height);
         });
     rendering_.unconverged_rays =
+        job_.unconverged_rays +
         static_cast<double>(executor_.sum(static_cast<std::uint64_t>(unconverged)));
     if (is_dark) rendering_.warnings.push_back(darkness_warning(job_));
   }
@@ -158,6 +159,7 @@ class RenderInProgress {
       rendering_.stamps.push_back({region, Image(region.width, region.height, planes)});
     }
     tell(Stage::stamps, 0, total);
+    rendering_.unconverged_rays = job_.unconverged_rays;
     int done = 0;
     RankReport report;
     renderer.run(

@@ -251,6 +251,8 @@ std::optional<DataTable> StampTask::describe_objects(Executor& executor,
 
 void StampTask::render(Executor& executor, Progress::Style style, RankReport& report) {
   try {
+    unconverged_rays_ = job_.unconverged_rays;
+    report.layer_counts += job_.layer_counts;
     // --overwrite replaces the rows of an interrupted image, too.
     Journal::discard(journal_path(job_.parameters.image.output));
     const std::optional<DataTable> truth = describe_objects(executor, style);

@@ -127,11 +127,10 @@ void Renderer::make_layers(std::span<const int> galaxies, const ImageRegion& reg
   work.use_samples(1, integrate);
 }
 
-GalaxyLayer Renderer::layer_parts(int galaxy, const ImageRegion& region,
-                                  const TakeLayerRay& take) const {
+GalaxyLayer Renderer::layer_parts(int galaxy, const ImageRegion& region, const TakeLayerRay& take,
+                                  RenderCounts& counts) const {
   GalaxyLayer result;
   Workspace work;
-  RenderCounts counts;
   make_layers(std::span(&galaxy, 1), region, std::span(&result, 1), work, counts, take);
   return result;
 }
@@ -140,26 +139,33 @@ void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& re
                            Workspace& work, RenderCounts& counts) const {
   work.layers.clear();
   if (supersample_) return;
-  std::vector<int> missing;
+  std::vector<int> fixed, others;
   for (const int galaxy : near.galaxies) {
     const auto g = static_cast<std::size_t>(galaxy);
     if (!scene_->galaxies[g].is_layer) continue;
     const GalaxyLayer* const kept = layers_ ? layers_->find(g) : nullptr;
     work.layers.push_back({galaxy, kept});
-    if (kept == nullptr) missing.push_back(galaxy);
+    if (kept != nullptr) continue;
+    (scene_->galaxies[g].has_fixed_flux ? fixed : others).push_back(galaxy);
   }
-  if (!missing.empty()) {
-    work.made_layers.resize(std::max(work.made_layers.size(), missing.size()));
-    make_layers(missing, region, work.made_layers, work, counts, {});
-    for (std::size_t k = 0; k < missing.size(); ++k) {
-      const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(missing[k])];
-      work.made_layers[k] = summed(missing[k], placed.light_factors, work.made_layers[k]);
+  const std::size_t missing = fixed.size() + others.size();
+  work.made_layers.resize(std::max(work.made_layers.size(), missing));
+  std::span<GalaxyLayer> made(work.made_layers);
+  const auto make = [&](std::span<const int> galaxies, RenderCounts& own) {
+    make_layers(galaxies, region, made.first(galaxies.size()), work, own, {});
+    for (const int galaxy : galaxies) {
+      const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxy)];
+      made.front() = summed(galaxy, placed.light_factors, made.front());
+      std::ranges::find(work.layers, galaxy, &Workspace::LayerOf::galaxy)->layer = &made.front();
+      made = made.subspan(1);
     }
-  }
-  std::size_t made = 0;
-  for (auto& [galaxy, layer] : work.layers) {
-    if (layer == nullptr) layer = &work.made_layers[made++];
-  }
+  };
+  // The measurement of fluxes has counted unconverged rays, whether it kept the layers or not.
+  RenderCounts of_fixed;
+  make(fixed, of_fixed);
+  of_fixed.unconverged_rays = 0;
+  counts += of_fixed;
+  make(others, counts);
   std::ranges::sort(work.layers, {}, [&](const Workspace::LayerOf& of) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(of.galaxy)];
     return std::pair(camera_.distance(placed.centre), medium_.rank(of.galaxy));

@@ -277,7 +277,8 @@ GalaxyMeasure GalaxyMeasure::unpacked(std::span<const double> numbers) {
           numbers[0],
           numbers[1],
           numbers[2],
-          numbers[3]};
+          numbers[3],
+          {}};
 }
 
 std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& camera,
@@ -336,6 +337,7 @@ GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy
   }
   const SumOfRays none(view, planes, reach_of(window));
   std::vector<SumOfRays> sums(exact.size(), none);
+  RenderCounts counts;
   const GalaxyLayer parts = renderer.layer_parts(
       number, window,
       [&](double x, double y, double area, std::span<const double> seen,
@@ -344,7 +346,8 @@ GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy
           sums[e].add(x, y, area, galaxy.brightness * area, seen.subspan(e * planes, planes),
                       free.subspan(e * planes, planes));
         }
-      });
+      },
+      counts);
   SumOfRays all = none;
   std::vector<double> factors;
   for (std::size_t e = 0; e < sums.size(); ++e) {
@@ -357,6 +360,7 @@ GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy
   const std::vector<double> whole = dust_free_flux(galaxy, camera, spectrum);
   GalaxyMeasure result = all.result(&whole);
   result.light_factors = factors;
+  result.counts = counts;
   result.optical_depth = renderer.optical_depth(centre.x, centre.y, number);
   return result;
 }

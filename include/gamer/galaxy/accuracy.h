@@ -96,7 +96,7 @@ struct Accuracy {
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
             .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
             .shared_error = 2 * std::pow(rough, 0.3),
-            .shared_step = 1.5 * std::pow(rough, 0.18),
+            .shared_step = 1.5,
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,

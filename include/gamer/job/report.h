@@ -17,6 +17,7 @@ struct RankReport {
   RunTimes runs;       ///< in executors
   double writing = 0;  ///< writing of output files, also outside of runs
   RenderCounts counts;
+  RenderCounts layer_counts;  ///< of layers that fixed the fluxes of galaxies, a part of the set-up
   std::uint64_t peak_memory = 0;  ///< bytes
 };
 
@@ -29,7 +30,7 @@ RankReport unpack_report(std::string_view packed);
 std::uint64_t peak_memory();
 
 /// A table with a line per rank, a line for all ranks if there are several, and the work per pixel.
-/// `pixels` is the number of the image's pixels.
+/// Layers of the set-up have a line of their own. `pixels` is the number of the image's pixels.
 std::string report_text(std::span<const RankReport> ranks, double pixels);
 
 }  // namespace gamer

@@ -22,8 +22,10 @@ struct GalaxyMeasure {
   /// Q_NE)/(Q_NN + Q_EE). The position angle is half the phase.
   double e1 = 0, e2 = 0;
   double optical_depth = 0;  ///< through the centre, first plane
+  RenderCounts counts;       ///< of the rays, where the flux is fixed
 
-  /// All numbers but light_factors, for messages between ranks; unpacked() is the inverse.
+  /// All numbers but light_factors and counts, for messages between ranks; unpacked() is the
+  /// inverse.
   std::vector<double> packed() const;
   /// Length of packed() for a number of planes.
   static std::size_t numbers(std::size_t planes) { return 4 + 2 * planes; }

@@ -87,7 +87,8 @@ class Renderer {
   /// pixel has numbers by spectral plane: the share of light behind that comes through, then the
   /// optical depth if an image shows it, then the light of each emitting component. The light of
   /// each without dust comes last, if an image shows it.
-  GalaxyLayer layer_parts(int galaxy, const ImageRegion& region, const TakeLayerRay& take) const;
+  GalaxyLayer layer_parts(int galaxy, const ImageRegion& region, const TakeLayerRay& take,
+                          RenderCounts& counts) const;
   /// The layer of which these are the parts. Light of a component counts as often as its factor;
   /// without factors it counts once.
   GalaxyLayer summed(int galaxy, const std::vector<double>& factors,
