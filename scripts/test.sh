@@ -7,7 +7,8 @@
 # --werror runs them, too. It builds apart, in build/ci, with warnings as errors and the benchmarks, and
 # installs what the site of the documents needs.
 # --sanitize builds the tests of most layers apart, in build/asan, with the sanitizers of addresses and
-# undefined behaviour, and what runs in threads in build/tsan, with that of threads.
+# undefined behaviour, and what runs in threads in build/tsan, with that of threads. The former needs a
+# processor with AVX2.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

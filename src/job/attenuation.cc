@@ -322,6 +322,11 @@ class MeasuredNumbers {
                   std::size_t properties);
 
   std::size_t size() const { return first_property_ + properties_; }
+  /// The numbers of a row, among those of all rows.
+  template <class Number>
+  std::span<Number> of_row(std::span<Number> all, std::size_t row) const {
+    return all.subspan(row * size(), size());
+  }
   void write(double attenuation, const GalaxyMeasure& measured, std::span<double> numbers) const;
   /// Gives a galaxy its brightness and its factors.
   static void apply(std::span<const double> numbers, PlacedGalaxy& galaxy);
@@ -408,9 +413,8 @@ void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pend
       even_blocks(count, block), numbers.size(), threads,
       [&](RowRange rows, std::span<double> values) {
         for (int row = rows.first; row < rows.last; ++row) {
-          const std::size_t place = static_cast<std::size_t>(row - rows.first) * numbers.size();
           measure_galaxy(observed[static_cast<std::size_t>(row)],
-                         values.subspan(place, numbers.size()));
+                         numbers.of_row(values, static_cast<std::size_t>(row - rows.first)));
         }
       },
       [&](int more) {
@@ -424,7 +428,7 @@ void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pend
   if (has_measures) job.measures.resize(scene.galaxies.size());
   for (std::size_t row = 0; row < observed.size(); ++row) {
     const std::size_t g = observed[row];
-    const auto own = std::span(all).subspan(row * numbers.size(), numbers.size());
+    const std::span<const double> own = numbers.of_row(std::span(all), row);
     if (has_measures && is_fixed(g)) job.measures[g] = numbers.properties(own);
     MeasuredNumbers::apply(own, scene.galaxies[g]);
     job.unconverged_rays += MeasuredNumbers::unconverged_rays(own);

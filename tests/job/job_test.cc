@@ -75,12 +75,12 @@ TEST(Job, RecordHoldsResolvedParametersAndMakesTheSameJob) {
 }
 
 TEST(Job, IsCompleteOnceItsGalaxiesAreMeasured) {
-  const char* const noisy =
+  const char* const galaxy =
       "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = {octaves = 1}\n";
   Resources data = Resources::from_record(
       {{"render.par", "render.par", "[image]\nsize = 8\noutput = \"a.fits\"\n"},
        {"scene.lst", "scene.lst", "galaxy x y z seed\nn 0 0 0 2\nn 0.1 0 0 1\nn 0.2 0 0 2\n"},
-       {"galaxies/n", "n.toml", noisy}});
+       {"galaxies/n", "n.toml", galaxy}});
   const auto pixels = [](const RenderJob& job) {
     const Renderer renderer(job.parameters, job.camera, job.scene, job.spectrum);
     std::vector<double> values(8 * 8);

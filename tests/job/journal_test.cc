@@ -56,14 +56,14 @@ std::vector<double> rows_of(RowRange range) {
   std::vector<double> values;
   for (int row = range.first; row < range.last; ++row) {
     std::mt19937 random(static_cast<unsigned>(row));
-    std::vector<double> some(width, 0.0);
+    std::vector<double> row_values(width, 0.0);
     for (std::size_t i = 0; i < width && row % 4 != 3; i += 1 + random() % 15) {
-      some[i] = std::ldexp(1 + static_cast<double>(random() % 1000), row % 20 - 10);
+      row_values[i] = std::ldexp(1 + static_cast<double>(random() % 1000), row % 20 - 10);
     }
-    if (row % 4 == 0) some[5] = -0.0;
-    if (row % 4 == 1) some[width - 1] = std::numeric_limits<double>::quiet_NaN();
-    if (row % 4 == 2) some[0] = -std::numeric_limits<double>::infinity();
-    values.insert(values.end(), some.begin(), some.end());
+    if (row % 4 == 0) row_values[5] = -0.0;
+    if (row % 4 == 1) row_values[width - 1] = std::numeric_limits<double>::quiet_NaN();
+    if (row % 4 == 2) row_values[0] = -std::numeric_limits<double>::infinity();
+    values.insert(values.end(), row_values.begin(), row_values.end());
   }
   return values;
 }
