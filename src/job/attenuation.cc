@@ -384,9 +384,8 @@ void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pend
     return scene.galaxies[g].has_fixed_flux && !scene.galaxies[g].is_absolute;
   };
   std::optional<FixedFluxes> fixed;
-  if (std::ranges::any_of(observed, is_fixed)) {
-    fixed.emplace(parameters, reference, pending.truth, job);
-  }
+  const bool has_fixed = std::ranges::any_of(observed, is_fixed);
+  if (has_fixed) fixed.emplace(parameters, reference, pending.truth, job);
   const AttenuationNames names(parameters, job.camera, reference, fixed ? fixed->spectrum() : band,
                                fixed ? fixed->spectral_nodes() : std::vector<double>());
   const bool has_measures = fixed && fixed->has_planes() && pending.truth;
