@@ -173,8 +173,9 @@ void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& re
 }
 
 bool Renderer::add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const {
+  if (work.layers.empty()) return false;
   const auto& ray = work.middles[static_cast<std::size_t>(x - work.left)];
-  if (work.layers.empty() || !ray) return false;
+  if (!ray) return false;
   const auto placed = [&](int galaxy) -> const PlacedGalaxy& {
     return scene_->galaxies[static_cast<std::size_t>(galaxy)];
   };
