@@ -9,7 +9,6 @@
 
 #include "core/no_value.h"
 #include "gamer/core/cancellation.h"
-#include "gamer/image/picture.h"
 #include "gamer/scene/spectral_probes.h"
 #include "gamer/sed/photometry.h"
 #include "render/renderer_workspace.h"
@@ -71,22 +70,6 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
 double shortest_axis(const PlacedGalaxy& placed) {
   const auto& axis = placed.galaxy->axis();
   return placed.radius * *std::ranges::min_element(axis) / placed.source_stretch;
-}
-
-/// The brightness of each plane, in the image's unit, that discs of stars have at most; empty where
-/// all stars are points.
-std::vector<double> white_of_discs(const RenderParameters& parameters, PixelUnit unit,
-                                   const std::vector<double>& wavelengths) {
-  const StarSettings& stars = parameters.stars;
-  if (!parameters.draws_star_discs()) return {};
-  if (stars.white_point) {
-    const bool is_magnitude = unit == PixelUnit::magnitude;
-    return std::vector<double>(wavelengths.size(),
-                               is_magnitude ? nanojansky(*stars.white_point) : *stars.white_point);
-  }
-  if (!stars.tone || unit == PixelUnit::magnitude) return {};
-  return picture_white(PictureTone::of_numbers(*stars.tone), static_cast<int>(wavelengths.size()),
-                       wavelengths);
 }
 
 }  // namespace
@@ -153,7 +136,10 @@ Renderer::Renderer(const RenderParameters& parameters, const Accuracy& accuracy,
     unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
     wavelengths.push_back(plane.wavelength);
   }
-  white_ = white_of_discs(parameters, scene_->unit, wavelengths);
+  if (parameters.stars.tone && scene_->unit != PixelUnit::magnitude) {
+    white_.emplace(PictureTone::of_numbers(*parameters.stars.tone),
+                   static_cast<int>(wavelengths.size()), wavelengths);
+  }
   for (const PlacedGalaxy& placed : scene_->galaxies) {
     const double shortest = shortest_axis(placed);
     pixel_in_ball_.push_back(camera_.pixel_size(placed.centre) / shortest);

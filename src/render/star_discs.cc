@@ -1,9 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numbers>
-#include <span>
-#include <vector>
 
+#include "gamer/sed/photometry.h"
 #include "render/renderer_workspace.h"
 
 namespace gamer {
@@ -18,132 +19,78 @@ constexpr int star_tile = 64, wide_star_tile = 256;
 // Standard deviation of a spike across its length, pixels.
 constexpr double spike_width = 0.6;
 
-/// The light of a bright star in a picture, as an exposure shows it: a saturated white core in a
-/// halo of the star's colour. Lengths are in pixels, d is the distance from the star.
-///
-/// The light of plane k, in units of white, is 1/(1 + (d/r_k)^p) (1 - (d/e)^2)^2 with p = 2/halo.
-/// It ends at e, star_halo_radii times the largest r_k. That is the aureole d^-p of a point with a
-/// response that saturates at white. The radius r_k follows from the plane's light, so that all
-/// planes are white in the middle, and a red star becomes red outwards. Without a halo it is a
-/// disc. Four spikes along rows and columns leave the core and end with the halo. Near the white
-/// point part of the light is a point, so that stars do not jump as they brighten.
+/// The light of a bright star in a picture, in three parts that are each known up to a factor: a
+/// disc, a halo (1 + (d/r)^2)^-2, and four spikes along rows and columns. Halo and spikes end at
+/// star_halo_radii disc radii. Lengths are in pixels.
 class StarProfile {
  public:
-  /// `times` is the light of each plane, in units of one pixel of white; the largest exceeds 1.
-  StarProfile(std::span<const double> times, const StarSettings& settings)
-      : power_(2 / settings.halo),
-        has_halo_(settings.halo > 0),
-        is_antialiased_(settings.antialiased) {
-    const double largest = *std::ranges::max_element(times);
-    point_share_ = 1 / (largest * largest);
-    spike_share_ = (1 - point_share_) * settings.spikes;
-    const double rest = 1 - point_share_ - spike_share_;
-    const double radius =
-        std::sqrt(rest * largest / (std::numbers::pi * light_within(star_halo_radii)));
-    radius_ = std::clamp(radius, least_radius, settings.largest_radius);
-    // Where cores would become too large, all planes become brighter by one factor instead.
-    const double level = std::max(1.0, radius / radius_ * (radius / radius_));
-    end_ = has_halo_ || spike_share_ > 0 ? star_halo_radii * radius_ : radius_ + 0.5;
-    for (const double light : times) {
-      const double area = rest * light / level / std::numbers::pi;
-      double own = radius_;
-      // The share of light before the end depends on the radius; the steps converge.
-      constexpr int steps = 8;
-      for (int i = 0; i < steps; ++i) own = std::sqrt(area / light_within(end_ / own));
-      radii_.push_back(std::max(own, least_radius));
-    }
-  }
+  static constexpr std::size_t parts = 3;
 
-  /// Largest distance with light.
-  double reach() const { return std::max(end_, 1.0); }
+  /// A plain star is a disc alone.
+  StarProfile(double radius, bool is_plain)
+      : radius_(radius),
+        outer_radius_(star_halo_radii * std::max(radius, 1.0)),
+        is_plain_(is_plain) {}
 
-  /// The parts at a place, each up to a factor: the point, the spikes, and the core of each plane.
-  void at(double dx, double dy, std::span<double> parts) const {
+  /// Largest distance with light, but for the disc's edge.
+  double reach() const { return is_plain_ ? radius_ : outer_radius_; }
+
+  /// The parts at (dx, dy) from the star.
+  std::array<double, parts> at(double dx, double dy) const {
     const double distance = std::hypot(dx, dy);
-    parts[0] = point(dx) * point(dy);
-    const double outside = has_halo_ ? 1 - response(distance / radius_) : 1;
-    parts[1] = spike_share_ > 0 ? outside * (spike(dx, dy) + spike(dy, dx)) : 0;
-    for (std::size_t p = 0; p < radii_.size(); ++p) {
-      // A disc has an edge of one pixel.
-      parts[2 + p] = has_halo_ ? response(distance / radii_[p]) * taper(distance / end_)
-                               : std::clamp(radii_[p] + 0.5 - distance, 0.0, 1.0);
-    }
-  }
-
-  /// The share of plane p's light for parts and their sums over all pixels.
-  double share(std::size_t p, std::span<const double> parts, std::span<const double> sums) const {
-    const auto part = [&](double share, std::size_t k) {
-      return parts[k] > 0 ? share * parts[k] / sums[k] : 0;
-    };
-    return part(point_share_, 0) + part(spike_share_, 1) +
-           part(1 - point_share_ - spike_share_, 2 + p);
+    // The disc has an edge of one pixel.
+    const double disc = std::clamp(radius_ + 0.5 - distance, 0.0, 1.0);
+    if (is_plain_) return {disc, 0.0, 0.0};
+    return {disc, std::max(0.0, halo(distance) - halo(outer_radius_)),
+            spike(dx, dy) + spike(dy, dx)};
   }
 
  private:
-  /// About the radius of a disc of one pixel, which always has the middle of a pixel near.
-  static constexpr double least_radius = 0.5;
-
-  double response(double q) const { return 1 / (1 + std::pow(q, power_)); }
-  static double taper(double share) {
-    const double left = std::max(0.0, 1 - share * share);
-    return left * left;
-  }
-  /// The light of a core that ends at q radii, in units of a white disc of this radius.
-  double light_within(double q) const {
-    if (!has_halo_) return 1;
-    constexpr int nodes = 64;
-    double sum = 0;
-    for (int i = 0; i < nodes; ++i) {
-      const double share = (i + 0.5) / nodes;
-      sum += 2 * share * response(share * q) * taper(share) / nodes;
-    }
-    return q * q * sum;
-  }
-  double point(double offset) const {
-    return is_antialiased_ ? std::max(0.0, 1 - std::abs(offset)) : std::abs(offset) <= 0.5;
+  double halo(double distance) const {
+    const double q = star_halo_radii * distance / outer_radius_;
+    return 1 / ((1 + q * q) * (1 + q * q));
   }
   double spike(double along, double across) const {
-    const double left = std::max(0.0, 1 - std::abs(along) / end_);
+    const double left = std::max(0.0, 1 - std::abs(along) / outer_radius_);
     const double q = across / spike_width;
     return left * left * std::exp(-0.5 * q * q);
   }
 
-  double power_;
-  bool has_halo_, is_antialiased_;
-  double point_share_, spike_share_;
-  double radius_, end_;        ///< of the brightest plane
-  std::vector<double> radii_;  ///< [plane]
+  double radius_, outer_radius_;
+  bool is_plain_;
 };
 
 }  // namespace
 
-std::vector<double> Renderer::times_white(const glm::dvec2& pixel, std::span<const double> flux,
-                                          double area_scale) const {
-  if (white_.empty()) return {};
+double Renderer::times_white(const glm::dvec2& pixel, std::span<const double> flux,
+                             double area_scale) const {
+  if (!draws_discs_ || (!star_settings_.white_point && !white_)) return 0;
   const glm::ivec2 own_pixel = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
                                                  static_cast<int>(std::round(pixel.y)));
   const double area = camera_.solid_angle(own_pixel.x, own_pixel.y);
-  if (!(area > 0)) return {};
-  std::vector<double> times;
+  if (!(area > 0)) return 0;
+  std::vector<double> values;
   for (std::size_t p = 0; p < flux.size(); ++p) {
     const double brightness = flux[p] * area_scale / area * unit_factors_[p];
-    times.push_back((counts_flux(scene_->unit) ? brightness * area : brightness) / white_[p]);
+    values.push_back(counts_flux(scene_->unit) ? brightness * area : brightness);
   }
-  return times;
+  if (!star_settings_.white_point) return white_->times(values);
+  const double white_point = scene_->unit == PixelUnit::magnitude
+                                 ? nanojansky(*star_settings_.white_point)
+                                 : *star_settings_.white_point;
+  return std::max(0.0, *std::ranges::max_element(values)) / white_point;
 }
 
 void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
-                         const TakeShares& take) const {
-  const std::vector<double> times = times_white(pixel, flux, area_scale);
-  if (std::ranges::any_of(times, [](double plane) { return plane > 1; })) {
+                         const std::function<void(int x, int y, double share)>& take) const {
+  if (const double times = times_white(pixel, flux, area_scale); times > 1) {
     share_disc(pixel, times, take);
     return;
   }
-  std::vector<double> shares(flux.size(), 1.0);
   if (!star_settings_.antialiased) {
     const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
                                                static_cast<int>(std::round(pixel.y)));
-    take(place.x, place.y, shares);
+    take(place.x, place.y, 1);
     return;
   }
   // The four nearest pixels share a point's light, so that its centroid is exact.
@@ -154,30 +101,38 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
       const double share = share_y * (1 - std::abs(pixel.x - x));
       if (!(share > 0)) continue;
       const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(x), static_cast<int>(y));
-      std::ranges::fill(shares, share);
-      take(place.x, place.y, shares);
+      take(place.x, place.y, share);
     }
   }
 }
 
-void Renderer::share_disc(const glm::dvec2& pixel, std::span<const double> times,
-                          const TakeShares& take) const {
+void Renderer::share_disc(const glm::dvec2& pixel, double pixels,
+                          const std::function<void(int x, int y, double share)>& take) const {
   const double x = std::round(pixel.x), y = std::round(pixel.y);
-  const StarProfile profile(times, star_settings_);
+  // A disc of one pixel has neither halo nor spikes, so that stars do not jump as they brighten.
+  const double growth = 1 - 1 / pixels;
+  const double halo = growth * star_settings_.halo, spikes = growth * star_settings_.spikes;
+  const std::array<double, StarProfile::parts> shares = {1 - halo - spikes, halo, spikes};
+  const StarProfile profile(
+      std::min(std::sqrt(shares[0] * pixels / std::numbers::pi), star_settings_.largest_radius),
+      !(halo + spikes > 0));
   const double reach = std::ceil(profile.reach()) + 1;
-  std::vector<double> parts(times.size() + 2), sums(parts.size()), shares(times.size());
+  std::array<double, StarProfile::parts> sums{};
   for (const bool is_second : {false, true}) {
     for (double j = y - reach; j <= y + reach; ++j) {
       for (double i = x - reach; i <= x + reach; ++i) {
-        profile.at(i - pixel.x, j - pixel.y, parts);
-        if (!is_second) {
-          for (std::size_t k = 0; k < parts.size(); ++k) sums[k] += parts[k];
-          continue;
+        const auto value = profile.at(i - pixel.x, j - pixel.y);
+        double share = 0;
+        for (std::size_t k = 0; k < value.size(); ++k) {
+          if (!is_second) {
+            sums[k] += value[k];
+          } else if (value[k] > 0) {
+            share += shares[k] * value[k] / sums[k];
+          }
         }
-        for (std::size_t p = 0; p < shares.size(); ++p) shares[p] = profile.share(p, parts, sums);
-        if (std::ranges::none_of(shares, [](double share) { return share > 0; })) continue;
+        if (!(share > 0)) continue;
         const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
-        take(place.x, place.y, shares);
+        take(place.x, place.y, share);
       }
     }
   }
@@ -201,17 +156,14 @@ bool Renderer::add_stars(RowRange rows, LightSums& sums) const {
 void Renderer::add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const {
   std::vector<double> light(layout_.spectral());
   const ImageRegion& window = camera_.window();
-  share_out(star.pixel, star.flux, star.area_scale,
-            [&](int x, int y, std::span<const double> shares) {
-              if (y < rows.first || y >= rows.last || x < window.left || x >= window.right())
-                return;
-              const double area = camera_.solid_angle(x, y) / star.area_scale;
-              if (!(area > 0)) return;
-              for (std::size_t p = 0; p < light.size(); ++p)
-                light[p] = shares[p] * star.flux[p] / area;
-              sums.add(static_cast<std::size_t>(y - rows.first),
-                       static_cast<std::size_t>(column_of(x)), {star.object, 0}, light, light);
-            });
+  share_out(star.pixel, star.flux, star.area_scale, [&](int x, int y, double share) {
+    if (y < rows.first || y >= rows.last || x < window.left || x >= window.right()) return;
+    const double area = camera_.solid_angle(x, y) / star.area_scale;
+    if (!(area > 0)) return;
+    for (std::size_t p = 0; p < light.size(); ++p) light[p] = share * star.flux[p] / area;
+    sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(column_of(x)),
+             {star.object, 0}, light, light);
+  });
 }
 
 void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const {
@@ -222,13 +174,13 @@ void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& cou
   const auto paint = [&](const StarPainter::Tile& tile) {
     const auto take = [&](const StarPainter::Seen& star) {
       const std::size_t object = scene_->galaxies[static_cast<std::size_t>(star.galaxy)].object;
-      share_out(star.pixel, star.flux, 1, [&](int x, int y, std::span<const double> shares) {
+      share_out(star.pixel, star.flux, 1, [&](int x, int y, double share) {
         if (x < tile.left || x >= tile.right || y < tile.bottom || y >= tile.top) return;
         const double area = camera_.solid_angle(x, y);
         if (!(area > 0)) return;
         for (std::size_t p = 0; p < seen.size(); ++p) {
-          seen[p] = shares[p] * star.flux[p] / area;
-          if (layout_.dust_free()) dust_free[p] = shares[p] * star.dust_free[p] / area;
+          seen[p] = share * star.flux[p] / area;
+          if (layout_.dust_free()) dust_free[p] = share * star.dust_free[p] / area;
         }
         sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(column_of(x)),
                  {object, star.emitter}, seen, dust_free);
