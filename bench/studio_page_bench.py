@@ -2,8 +2,8 @@
 """Latencies of gstudio's page in a headless Chromium that draws without a GPU, as docs/studio.md shows them.
 
 Each time goes from an event of the page (the pointer moved, an edit) to the picture drawn. While a slider moves, it goes
-from one picture to the next. A pixel is then read back, for which the browser has to end its work. Browser and server share the cores. Where other programs run, the least
-time is nearer to that of an idle machine than the median.
+from one picture to the next. A pixel is then read back, for which the browser has to end its work. Browser and server
+share the cores. Where other programs run, the least time is nearer to that of an idle machine than the median.
 
     bench/studio_page_bench.py [GSTUDIO GAMER] | scripts/put-tables.py docs/studio.md
 """
@@ -21,7 +21,7 @@ sys.argv = [sys.argv[0], *PROGRAMS, str(ROOT)]
 sys.path.insert(0, str(ROOT / "tests/programs/studio"))
 from studio_page import Page, Server, missing, set_size, start_browser  # noqa: E402
 
-GALAXY = "ngc4321"
+GALAXY, ARMS = "ngc4321", "arms"  # the catalogue's galaxy, and its disk with noise
 SIDE, TOLERANCE = 512, 1e-3  # of the final view
 SIZES = ((1280, 720), (1920, 1080))
 LIMIT = 60  # seconds that one measurement may take
@@ -105,8 +105,8 @@ FUNCTIONS = """
       return milliseconds / frames;
     },
     async parameter(i) {
-      const disk = components.components.findIndex((one) => one.kind === 'disk');
-      const edits = [{set: [disk, 'noise.exponent', 0.5 + 0.01 * i]}];
+      const disk = components.components.findIndex((one) => one.name === ARMS);
+      const edits = [{set: [disk, 'noise.amplitude', 0.5 + 0.01 * i]}];
       const begin = performance.now(), frame = untilFrame();
       doc.preview(edits);
       await frame;
@@ -128,7 +128,7 @@ FUNCTIONS = """
 WHAT = (("the drawing of the picture alone", "drawing", 30), ("the same with other shares of light", "sharing", 30),
         ("a slider of the stretch, from picture to picture", "stretch", 5),
         ("a slider of a share, from picture to picture", "share", 5), ("orbit, to the first frame", "orbit", 8),
-        ("orbit, from frame to frame", "drag", 3), ("a noise parameter of the disk", "parameter", 8),
+        ("orbit, from frame to frame", "drag", 3), ("a noise parameter of the arms", "parameter", 8),
         (f"{SIDE} x {SIDE} at tolerance {TOLERANCE:g}, by way of the coarse levels", "whole", 3))
 
 
@@ -176,7 +176,7 @@ def main():
         browser.set_script_timeout(LIMIT)
         page = Page(browser, server.address)
         page.make("studio.doc.set(arguments[0], 'size')", {"image.size": [SIDE, SIDE], "sampling.tolerance": TOLERANCE})
-        page.run(FUNCTIONS)
+        page.run(f"const ARMS = '{ARMS}';{FUNCTIONS}")
         for size in SIZES:
             set_size(browser, *size)
             page.settle()
