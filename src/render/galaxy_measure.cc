@@ -23,7 +23,7 @@ constexpr int spread = 5;
 constexpr double least_sine = 1e-6;
 
 // Largest half side, in pixels, of the window in which a galaxy's own rays are added up.
-constexpr double largest_window = 64;
+constexpr double largest_window = 128;
 
 // Largest cosine of the angle between a pixel's sides there, and largest relative change of a
 // pixel's area over the window.

@@ -370,6 +370,7 @@ void Renderer::find_hits(
   for (const Sample& sample : samples) work.places.emplace_back(sample.x, sample.y);
   work.rays.resize(samples.size());
   camera_.rays(work.places, work.rays);
+  const Accuracy& accuracy = medium_.accuracy();
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Sample& sample = samples[i];
     if (const std::optional<Ray>& ray = work.rays[i]) {
@@ -377,9 +378,13 @@ void Renderer::find_hits(
       medium_.hits(*ray, candidates(sample, *ray), work.hits);
       for (Hit& hit : std::span(work.hits).subspan(first)) {
         set_footprint(sample.footprint, hit);
-        // Errors of rays average out in a fixed flux.
-        const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(hit.galaxy)];
-        hit.shares_pixel = sample.size < shared_size || placed.has_fixed_flux;
+        if (scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].has_fixed_flux) {
+          hit.error_factor = accuracy.fixed_flux_error;
+          hit.step_factor = accuracy.fixed_flux_step;
+        } else if (sample.size < shared_size) {
+          hit.error_factor = accuracy.shared_error;
+          hit.step_factor = accuracy.shared_step;
+        }
       }
     }
     work.hit_ends.push_back(work.hits.size());

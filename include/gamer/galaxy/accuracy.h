@@ -22,6 +22,10 @@ struct Accuracy {
   /// their errors average out.
   double shared_error;
   double shared_step;
+  /// These factors for rays through a galaxy whose flux is fixed by its own rays. Their errors
+  /// average out over the whole galaxy.
+  double fixed_flux_error;
+  double fixed_flux_step;
   /// Layers end where their envelope is exp(log_envelope_threshold) times its largest value.
   /// Controls the light lost outside.
   double log_envelope_threshold;
@@ -55,9 +59,10 @@ struct Accuracy {
   /// Factor on the distance of rays in a galaxy whose flux is fixed by its own rays. The root of it
   /// is a factor on ray_size and cell_size. Controls pixels and colours.
   double fixed_flux_spacing;
-  /// Largest share of the light behind a layer (GalaxyLayer) that its dust takes. The light behind
-  /// is dimmed by the pixel's mean, as if it had the spectrum of the layer. The error is some per
-  /// cent of what the dust takes. Where dust takes more, rays go through all galaxies together.
+  /// Largest share of a pixel's light that the dust of layers (GalaxyLayer) takes from layers
+  /// behind. Light behind is dimmed by the pixel's mean, as if it had the spectrum of the layer in
+  /// front. The error is some per cent of what the dust takes. Where dust takes more, rays go
+  /// through all galaxies together.
   double most_dimmed;
   /// Relative error of a texture's mean over a galaxy, as if its sample points were independent.
   /// The points are spread evenly, so their error is up to four times smaller. Controls a galaxy's
@@ -97,6 +102,8 @@ struct Accuracy {
             .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
             .shared_error = 2 * std::pow(rough, 0.3),
             .shared_step = 1.5,
+            .fixed_flux_error = 16 * std::pow(rough, -0.6),
+            .fixed_flux_step = 2 * std::pow(rough, -0.125),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,

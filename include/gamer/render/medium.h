@@ -32,8 +32,9 @@ struct Hit {
   /// far parts.
   double footprint_growth = 0;
 
-  bool shares_pixel = false;  ///< whether the ray's pixel has several rays
-  bool seeks_depth = false;   ///< whether the optical depth decides the nodes, instead of the light
+  double error_factor = 1;   ///< on Accuracy::ray_error, where errors of rays average out
+  double step_factor = 1;    ///< on Accuracy::first_step
+  bool seeks_depth = false;  ///< whether the optical depth decides the nodes, instead of the light
 
   double footprint_at(double t) const { return footprint + footprint_growth * t; }
 };

@@ -30,7 +30,7 @@ constexpr double cloud_margin = 1.5;
 // average out.
 constexpr double whole_error = 0.003;
 // Ratio of these errors for dust of galaxies of fixed flux, where they change colours alone.
-constexpr double fixed_flux_error = 4;
+constexpr double dust_mean_error = 4;
 // Number of batches of a slice; processes share large clouds in slices.
 constexpr std::size_t slice_batches = 128;
 // Widest footprint at which means are tabulated, and the ratio of successive footprints.
@@ -312,7 +312,7 @@ void GalaxyStatistics::normalise(std::size_t c) {
 
 double GalaxyStatistics::wanted_error(std::size_t c, double footprint) const {
   double error = footprint > 0 ? galaxy_.mean_error() : std::min(galaxy_.mean_error(), whole_error);
-  if (!is_reference() && !footprints_.needs_light_means) error *= fixed_flux_error;
+  if (!is_reference() && !footprints_.needs_light_means) error *= dust_mean_error;
   return error / std::sqrt(share(c));
 }
 

@@ -99,10 +99,10 @@ void AdaptiveSampler::find_segments(std::span<const Hit> hits, std::int32_t ray,
                            .result = segment,
                            .origin = origin,
                            .step = 0,
+                           .first_step = medium_.accuracy().first_step * hits.front().step_factor,
                            .open = !(begin > 0),
                            .has_variants = has_variants,
                            .has_texture = has_texture,
-                           .shares_pixel = hits.front().shares_pixel,
                            .is_piece = false,
                            .is_slice = false,
                            .continues = false,
@@ -165,10 +165,7 @@ void AdaptiveSampler::begin_level(AdaptiveWorkspace& ws) const {
   static_assert((most_first_nodes - 1) / 2 < 1 << pair_bits);
   const std::size_t whole_segments = ws.segments.size();
   for (std::size_t r = 0; r < whole_segments; ++r) {
-    const Accuracy& accuracy = medium_.accuracy();
-    const double distance =
-        accuracy.first_step * (ws.segments[r].shares_pixel ? accuracy.shared_step : 1);
-    const double pairs = std::ceil(0.5 * ws.map.length(r) / distance);
+    const double pairs = std::ceil(0.5 * ws.map.length(r) / ws.segments[r].first_step);
     if (2 * pairs + 1 > most_first_nodes) {
       const double pieces = std::min(std::ceil(2 * pairs / piece_intervals), 0.5 * most_pieces);
       const auto segment = static_cast<std::int32_t>(r), first = 0;
@@ -333,8 +330,7 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
   // Behind thick dust an image may be much fainter than the galaxy's face-on brightness.
   const double dimmed = typical * std::exp(-0.5 * std::min(depth, deepest));
   const double scale = std::max(intensity, accuracy.faint_share * dimmed);
-  const double allowed =
-      accuracy.ray_error * (hits.front().shares_pixel ? accuracy.shared_error : 1) * scale;
+  const double allowed = accuracy.ray_error * hits.front().error_factor * scale;
   double in_front = 0, square = 0;
   ws.errors.clear();
   transmitted = {};

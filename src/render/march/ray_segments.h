@@ -29,10 +29,10 @@ struct Segment {
   std::int32_t result;  ///< index of its first integral, among those of all segments
   double origin;        ///< place on the ray where s = 0
   double step;          ///< distance between the nodes of a piece
+  double first_step;    ///< largest distance of the first nodes, in units of the node map
   bool open;            ///< whether it begins inside a galaxy
   bool has_variants;    ///< see dust_variants.h
   bool has_texture;
-  bool shares_pixel;  ///< see Hit
   bool is_piece;
   bool is_slice;   ///< a piece with nodes of the segment that it was cut from
   bool continues;  ///< a piece whose dust variants continue those of the piece before it
