@@ -7,7 +7,7 @@
 #include <string_view>
 #include <variant>
 
-#include "gamer/core/random.h"
+#include "gamer/core/digest.h"
 
 namespace gamer {
 namespace {
@@ -16,11 +16,6 @@ namespace {
 /// last three, and is part of the names of those measurements that depend on it.
 constexpr std::array<std::string_view, 7> other_keys = {
     "description", "sed", "extinction", "r_v", "intensity", "fraction", "optical_depth"};
-
-/// Two independent words make equal digests of different texts unlikely beyond any use.
-std::string digest(std::string_view text) {
-  return fmt::format("{:016x}{:016x}", hash_text(1, text), hash_text(2, text));
-}
 
 void append(const ConfigNode& node, bool is_section, std::string& text);
 

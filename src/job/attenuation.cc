@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "gamer/core/random.h"
+#include "gamer/core/digest.h"
 #include "gamer/job/calibration_cache.h"
 #include "gamer/render/galaxy_measure.h"
 #include "gamer/render/spectral_basis.h"
@@ -24,11 +24,6 @@ constexpr double ray_distance = 1.5;
 void append(double number, std::string& text) { text += fmt::format(" {:a}", number); }
 void append(const glm::dvec3& vector, std::string& text) {
   for (int i = 0; i < 3; ++i) append(vector[i], text);
-}
-
-/// Two independent words make equal digests of different texts unlikely beyond any use.
-std::string digest(const std::string& text) {
-  return fmt::format("{:016x}{:016x}", hash_text(1, text), hash_text(2, text));
 }
 
 /// Names of attenuations: digests of all that decides them.

@@ -1,0 +1,27 @@
+#include "gamer/core/digest.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+
+#include "gamer/core/random.h"
+
+namespace gamer {
+
+std::string digest(std::string_view text) {
+  std::uint64_t first = hash_words({1, text.size()}), second = hash_words({2, text.size()});
+  while (!text.empty()) {
+    std::uint64_t word = 0;
+    const std::size_t bytes = std::min(text.size(), sizeof word);
+    std::memcpy(&word, text.data(), bytes);
+    text.remove_prefix(bytes);
+    // Each step is a bijection of the state, so that no two texts meet but by chance in both words.
+    first = mix64(first ^ word) + golden_gamma;
+    second = mix64(second + word) ^ golden_gamma;
+  }
+  return fmt::format("{:016x}{:016x}", mix64(first), mix64(second));
+}
+
+}  // namespace gamer
