@@ -206,7 +206,7 @@ TEST(Calibration, LightThroughDust) {
   }
 }
 
-// What the image shows is the apparent magnitude, dust included. Rays of galaxies of at most 128
+// What the image shows is the apparent magnitude, dust included. Rays of galaxies of at most 256
 // pixels add up exactly. Larger galaxies have that of parallel rays, to some thousandths.
 TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
   struct Kind {
@@ -232,7 +232,7 @@ TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
       EXPECT_NEAR(ab_magnitude(bare * measure_alone(galaxy, small).attenuation.front()), 22,
                   rounding);
     }
-    const RenderJob large = made(150, 1e-2);
+    const RenderJob large = made(300, 1e-2);
     ASSERT_FALSE(is_fixed(large));
     EXPECT_NEAR(magnitude(large), 22, error) << type;
   }
