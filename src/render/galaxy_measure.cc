@@ -37,15 +37,18 @@ int stamp_size(const Accuracy& accuracy) {
   return static_cast<int>(std::ceil(std::clamp(side, smallest_stamp, largest_stamp)));
 }
 
-/// Light by its distance from the middle, in narrow rings.
+/// Light of components by its distance from the middle, in narrow rings.
 class RingSums {
  public:
   /// `reach` is the largest distance, pixels.
-  explicit RingSums(double reach)
-      : sums_(static_cast<std::size_t>(reach * rings_per_pixel) + 1, 0.0) {}
+  RingSums(double reach, std::size_t components)
+      : rings_(static_cast<std::size_t>(reach * rings_per_pixel) + 1),
+        components_(components),
+        sums_(rings_ * components, 0.0) {}
 
-  /// Adds the light of a square of side `width`, centred at (x, y) from the middle.
-  void add(double x, double y, double width, double flux) {
+  /// Adds the light of each component in a square of side `width`, centred at (x, y) from the
+  /// middle.
+  void add(double x, double y, double width, std::span<const double> flux) {
     // The light is spread over the square, so that radii do not cluster.
     const double part = width / spread;
     for (int i = 0; i < spread; ++i) {
@@ -53,33 +56,33 @@ class RingSums {
         const double u = x + (i - 0.5 * (spread - 1)) * part;
         const double v = y + (k - 0.5 * (spread - 1)) * part;
         const auto ring = static_cast<std::size_t>(std::sqrt(u * u + v * v) * rings_per_pixel);
-        sums_[std::min(ring, sums_.size() - 1)] += flux / (spread * spread);
+        double* const sum = sums_.data() + std::min(ring, rings_ - 1) * components_;
+        for (std::size_t e = 0; e < components_; ++e) sum[e] += flux[e] / (spread * spread);
       }
     }
   }
 
-  /// Adds other light, `factor` times.
-  void add(const RingSums& more, double factor) {
-    for (std::size_t ring = 0; ring < sums_.size(); ++ring) {
-      sums_[ring] += factor * more.sums_[ring];
+  /// Radius of half of the light, each component's light times its factor; linear within a ring.
+  double half_light_radius(std::span<const double> factors) const {
+    std::vector<double> light;
+    for (auto sum = sums_.begin(); sum != sums_.end(); sum += std::ssize(factors)) {
+      light.push_back(std::inner_product(factors.begin(), factors.end(), sum, 0.0));
     }
-  }
-
-  /// Radius of half of the light; linear within a ring.
-  double half_light_radius() const {
-    const double half = 0.5 * std::accumulate(sums_.begin(), sums_.end(), 0.0);
+    const double half = 0.5 * std::accumulate(light.begin(), light.end(), 0.0);
     double inside = 0;
-    for (std::size_t ring = 0; ring < sums_.size(); ++ring) {
-      if (inside + sums_[ring] >= half) {
-        return (static_cast<double>(ring) + (half - inside) / sums_[ring]) / rings_per_pixel;
+    for (std::size_t ring = 0; ring < rings_; ++ring) {
+      if (inside + light[ring] >= half) {
+        if (!(light[ring] > 0)) break;
+        return (static_cast<double>(ring) + (half - inside) / light[ring]) / rings_per_pixel;
       }
-      inside += sums_[ring];
+      inside += light[ring];
     }
     return 0;
   }
 
  private:
-  std::vector<double> sums_;
+  std::size_t rings_, components_;
+  std::vector<double> sums_;  ///< [ring * components_ + component]
 };
 
 /// The knobs for a stamp.
@@ -94,42 +97,43 @@ struct View {
   double area;        ///< of a pixel, as Camera::solid_angle()
   glm::dvec2 north;   ///< change of a pixel's offset to the North, in pixels, along x and y
   glm::dvec2 east;
+
+  /// Offset of a place from the galaxy's centre to the East and to the North, pixels.
+  glm::dvec2 offset(double x, double y) const {
+    const glm::dvec2 from_centre = glm::dvec2(x, y) - centre;
+    return {glm::dot(east, from_centre), glm::dot(north, from_centre)};
+  }
 };
 
 /// Sums of the light of a component's rays.
 class SumOfRays {
  public:
-  SumOfRays(const View& view, std::size_t planes, double reach)
-      : view_(view), seen_(planes, 0.0), free_(planes, 0.0), rings_(reach) {}
+  explicit SumOfRays(std::size_t planes) : seen_(planes, 0.0), free_(planes, 0.0) {}
 
-  /// Adds a ray: its pixel coordinates, its area, and its light by plane, with and without dust.
-  /// Light counts `scale` times.
-  void add(double x, double y, double area, double scale, std::span<const double> seen,
+  /// Adds a ray: its View::offset(), and its light by plane, with and without dust. Light counts
+  /// `scale` times.
+  void add(const glm::dvec2& offset, double scale, std::span<const double> seen,
            std::span<const double> free);
   /// Adds the light of another component, `factor` times.
   void add(const SumOfRays& more, double factor);
   /// Light without dust in all planes.
   double free() const { return std::accumulate(free_.begin(), free_.end(), 0.0); }
-  /// `exact` is the flux without dust where the flux is fixed, else null.
-  GalaxyMeasure result(const std::vector<double>* exact) const;
+  /// All but the radius. `exact` is the flux without dust where the flux is fixed, else null;
+  /// `area` is that of a pixel.
+  GalaxyMeasure result(const std::vector<double>* exact, double area) const;
 
  private:
-  View view_;
-  std::vector<double> seen_, free_;  ///< [plane]
-  RingSums rings_;
+  std::vector<double> seen_, free_;                                   ///< [plane]
   double sum_ = 0, north_ = 0, east_ = 0, nn_ = 0, ee_ = 0, ne_ = 0;  ///< moments, first plane
 };
 
-void SumOfRays::add(double x, double y, double area, double scale, std::span<const double> seen,
+void SumOfRays::add(const glm::dvec2& offset, double scale, std::span<const double> seen,
                     std::span<const double> free) {
   for (std::size_t p = 0; p < seen_.size(); ++p) {
     seen_[p] += scale * seen[p];
     free_[p] += scale * free[p];
   }
-  const glm::dvec2 offset = glm::dvec2(x, y) - view_.centre;
-  const double n = glm::dot(view_.north, offset), e = glm::dot(view_.east, offset);
-  const double flux = scale * seen[0];
-  if (flux > 0) rings_.add(e, n, std::sqrt(area), flux);
+  const double e = offset.x, n = offset.y, flux = scale * seen[0];
   sum_ += flux;
   north_ += flux * n;
   east_ += flux * e;
@@ -143,7 +147,6 @@ void SumOfRays::add(const SumOfRays& more, double factor) {
     seen_[p] += factor * more.seen_[p];
     free_[p] += factor * more.free_[p];
   }
-  rings_.add(more.rings_, factor);
   sum_ += factor * more.sum_;
   north_ += factor * more.north_;
   east_ += factor * more.east_;
@@ -152,16 +155,15 @@ void SumOfRays::add(const SumOfRays& more, double factor) {
   ne_ += factor * more.ne_;
 }
 
-GalaxyMeasure SumOfRays::result(const std::vector<double>* exact) const {
+GalaxyMeasure SumOfRays::result(const std::vector<double>* exact, double area) const {
   GalaxyMeasure result;
   for (std::size_t p = 0; p < seen_.size(); ++p) {
     const bool is_fixed = exact != nullptr && (*exact)[p] > 0;
-    const double whole = is_fixed ? (*exact)[p] / view_.area : free_[p];
+    const double whole = is_fixed ? (*exact)[p] / area : free_[p];
     result.attenuation.push_back(whole > 0 ? seen_[p] / whole : 1.0);
     result.dust_free.push_back(is_fixed ? free_[p] / whole : 1.0);
   }
   if (!(sum_ > 0)) return result;
-  result.half_light_radius = rings_.half_light_radius() * view_.pixel;
   const double nn = nn_ / sum_ - north_ * north_ / (sum_ * sum_);
   const double ee = ee_ / sum_ - east_ * east_ / (sum_ * sum_);
   const double ne = ne_ / sum_ - north_ * east_ / (sum_ * sum_);
@@ -335,30 +337,36 @@ GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy
     if (galaxy.galaxy->components()[c]->absorbs()) continue;
     exact.push_back(flux_of_component(galaxy, c, camera, spectrum));
   }
-  const SumOfRays none(view, planes, reach_of(window));
-  std::vector<SumOfRays> sums(exact.size(), none);
+  std::vector<SumOfRays> sums(exact.size(), SumOfRays(planes));
+  RingSums rings(reach_of(window), exact.size());
+  std::vector<double> flux(exact.size());
   RenderCounts counts;
   const GalaxyLayer parts = renderer.layer_parts(
       number, window,
       [&](double x, double y, double area, std::span<const double> seen,
           std::span<const double> free) {
+        const glm::dvec2 offset = view.offset(x, y);
+        const double scale = galaxy.brightness * area;
         for (std::size_t e = 0; e < sums.size(); ++e) {
-          sums[e].add(x, y, area, galaxy.brightness * area, seen.subspan(e * planes, planes),
+          flux[e] = scale * seen[e * planes];
+          sums[e].add(offset, scale, seen.subspan(e * planes, planes),
                       free.subspan(e * planes, planes));
         }
+        rings.add(offset.x, offset.y, std::sqrt(area), flux);
       },
       counts);
-  SumOfRays all = none;
+  SumOfRays all(planes);
   std::vector<double> factors;
   for (std::size_t e = 0; e < sums.size(); ++e) {
-    const double flux = std::accumulate(exact[e].begin(), exact[e].end(), 0.0);
+    const double wanted = std::accumulate(exact[e].begin(), exact[e].end(), 0.0);
     const double rays = view.area * sums[e].free();
-    factors.push_back(rays > 0 && flux > 0 ? flux / rays : 1);
+    factors.push_back(rays > 0 && wanted > 0 ? wanted / rays : 1);
     all.add(sums[e], factors.back());
   }
   layer = renderer.summed(number, factors, parts);
   const std::vector<double> whole = dust_free_flux(galaxy, camera, spectrum);
-  GalaxyMeasure result = all.result(&whole);
+  GalaxyMeasure result = all.result(&whole, view.area);
+  result.half_light_radius = rings.half_light_radius(factors) * view.pixel;
   result.light_factors = factors;
   result.counts = counts;
   result.optical_depth = renderer.optical_depth(centre.x, centre.y, number);
@@ -381,11 +389,16 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   const double middle = middle_pixel(stamp.width), pixel = stamp.camera.width / stamp.width;
   const View view{{middle, middle}, pixel, pixel * pixel, {0, 1}, {-1, 0}};
   const std::size_t planes = spectrum.planes.size();
-  SumOfRays sum(view, planes, reach_of(stamp_camera.window()));
+  SumOfRays sum(planes);
+  RingSums rings(reach_of(stamp_camera.window()), 1);
   renderer.sample_light([&](double x, double y, double area, std::span<const double> values) {
-    sum.add(x, y, area, 1, values.first(planes), values.subspan(planes, planes));
+    const glm::dvec2 offset = view.offset(x, y);
+    sum.add(offset, 1, values.first(planes), values.subspan(planes, planes));
+    rings.add(offset.x, offset.y, std::sqrt(area), values.first(1));
   });
-  GalaxyMeasure result = sum.result(nullptr);
+  GalaxyMeasure result = sum.result(nullptr, view.area);
+  const std::array<double, 1> factor = {1};
+  result.half_light_radius = rings.half_light_radius(factor) * view.pixel;
   result.optical_depth = renderer.optical_depth(middle, middle, 0);
   return result;
 }
