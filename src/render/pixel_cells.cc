@@ -78,7 +78,8 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
   for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
     if (!is_within(ray, placed, size * camera_.pixel_size(placed.centre))) continue;
-    const double spacing = placed.has_fixed_flux ? accuracy.fixed_flux_spacing : 1;
+    const double pixel = pixel_in_ball_[static_cast<std::size_t>(g)];
+    const double spacing = placed.has_fixed_flux ? accuracy.fixed_spacing(pixel) : 1;
     const double finest = spacing * accuracy.ray_spacing * accuracy.widest_footprint;
     const double at_edges = spacing * accuracy.edge_spacing * accuracy.widest_footprint;
     const double ray_size = std::sqrt(spacing) * accuracy.ray_size;
@@ -89,7 +90,7 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
     // Galaxies behind the camera are not seen.
     const double way = glm::dot(origin, direction);
     const glm::dvec3 nearest = is_parallel || way < 0 ? origin - way * direction : origin;
-    const double length = size * pixel_in_ball_[static_cast<std::size_t>(g)];
+    const double length = size * pixel;
     // Half a diagonal of the cell.
     const double around = length * std::numbers::sqrt2 / 2;
     ColumnScale least;
