@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstdint>
@@ -56,6 +57,21 @@ std::string printable(std::string_view text) {
     text.remove_prefix(length > 0 ? length : 1);
   }
   return result;
+}
+
+std::string json_string(std::string_view text) {
+  std::string result = "\"";
+  while (!text.empty()) {
+    const std::size_t length = printing_length(text);
+    if (text[0] == '"' || text[0] == '\\') result += '\\';
+    if (length > 0) {
+      result += text.substr(0, length);
+    } else {
+      result += fmt::format("\\u{:04x}", byte_at(text, 0));
+    }
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return result + '"';
 }
 
 }  // namespace gamer

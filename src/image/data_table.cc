@@ -226,13 +226,8 @@ DataTable read_data_table(const std::filesystem::path& path, const std::string& 
 
   DataTable table;
   const bool own = file.text("CREATOR").starts_with("gamer ");
-  for (Card& card : read_cards(file)) {
-    if (card.key == "EXTNAME") {
-      if (const auto* name = std::get_if<std::string>(&card.value)) table.name = *name;
-    } else if (!is_common_card(card.key) && !is_column_card(card.key)) {
-      table.cards.push_back(std::move(card));
-    }
-  }
+  read_table_cards(file, table.name, table.cards);
+  std::erase_if(table.cards, [](const Card& card) { return is_column_card(card.key); });
 
   int columns = 0;
   LONGLONG rows = 0;

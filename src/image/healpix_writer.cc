@@ -7,11 +7,10 @@
 #include <type_traits>
 #include <vector>
 
-#include "core/message.h"
-#include "gamer/core/error.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
 #include "image/output_file.h"
+#include "image/write_file.h"
 
 namespace gamer {
 namespace {
@@ -64,11 +63,7 @@ class HealpixWriter final : public ImageWriter {
   }
 
   void finish() override {
-    const auto missing = std::ranges::find(written_, false);
-    if (missing != written_.end()) {
-      throw run_error("{}: row {} was never written", options_.path.string(),
-                      missing - written_.begin());
-    }
+    check_all_written(written_, options_.path, "row", 0);
     const std::vector<Card> common = common_cards(header_.cards);
     file_.call(fits_create_img, BYTE_IMG, 0, nullptr);
     write_cards(file_, common);

@@ -11,9 +11,9 @@ namespace gamer {
 /// Writes a HEALPix map of the whole sphere (ImageHeader::healpix) in the HEALPix library's format
 /// ("The HEALPix Primer", appendix). After an empty primary HDU comes a binary table with a row per
 /// pixel and a column per plane. TTYPEn has the plane's label and TUNITn its unit. The type is E or
-/// D, by bitpix. It has PIXTYPE, ORDERING, NSIDE, FIRSTPIX, LASTPIX, INDXSCHM, OBJECT, COORDSYS and
-/// the header's cards; the header's tables follow. Texts, checksums and common cards are as in
-/// make_fits_writer(). The layout of `options` has no meaning.
+/// D, by bitpix. The table's header has PIXTYPE, ORDERING, NSIDE, FIRSTPIX, LASTPIX, INDXSCHM,
+/// OBJECT, COORDSYS and the cards of `header`; the tables of `header` follow. Texts, checksums and
+/// common cards are as in make_fits_writer(). The layout of `options` has no effect.
 ///
 /// The map is kept in memory until finish(). Throws RunError.
 std::unique_ptr<ImageWriter> make_healpix_writer(const OutputOptions& options,

@@ -8,9 +8,8 @@
 
 namespace gamer {
 
-/// An unfinished output. It is a file beside its final name. The output "-" is a file in the
-/// system's folder for temporary files, whose bytes go to standard output. The caller makes the
-/// file.
+/// An unfinished output: a file beside its final name, which the caller makes. The output "-" is a
+/// file in the system's folder for temporary files; deliver() copies it to standard output.
 class OutputFile {
  public:
   /// Throws RunError.

@@ -6,10 +6,9 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/image/png_table.h"
 #include "image/picture_size.h"
+#include "image/write_file.h"
 
 namespace gamer {
 namespace {
@@ -306,11 +305,7 @@ class PictureWriter final : public ImageWriter {
   }
 
   void finish() override {
-    const auto missing = std::ranges::find(written_, false);
-    if (missing != written_.end()) {
-      throw run_error("{}: row {} was never written", options_.path.string(),
-                      missing - written_.begin());
-    }
+    check_all_written(written_, options_.path, "row", 0);
     const PictureTone tone = options_.tone ? PictureTone::of_numbers(*options_.tone)
                                            : automatic_tone(views(channels_), 1);
     PictureFileOptions options;

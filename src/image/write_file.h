@@ -1,11 +1,13 @@
 #pragma once
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "core/message.h"
 #include "gamer/core/error.h"
@@ -15,6 +17,16 @@ namespace gamer {
 
 inline RunError write_failure(const std::filesystem::path& path, const std::string& reason) {
   return run_error("{}: cannot write: {}", path.string(), reason);
+}
+
+/// Throws RunError unless each of a file's parts, such as rows, was written. The number of the
+/// first part in messages is `first`.
+inline void check_all_written(const std::vector<bool>& written, const std::filesystem::path& path,
+                              const char* part, int first) {
+  const auto missing = std::find(written.begin(), written.end(), false);
+  if (missing == written.end()) return;
+  throw run_error("{}: {} {} was never written", path.string(), part,
+                  missing - written.begin() + first);
 }
 
 /// Runs `write(std::FILE*)` on a new file, which is moved to `path` if all went well.

@@ -18,20 +18,10 @@ constexpr std::string_view program = "gamer: ";
 /// Text of an object before the time.
 constexpr std::string_view object_start = R"({"time":")";
 
-/// A JSON string. printable() leaves UTF-8 without control characters.
-std::string json_string(const std::string& text) {
-  std::string quoted = "\"";
-  for (const char c : printable(text)) {
-    if (c == '"' || c == '\\') quoted += '\\';
-    quoted += c;
-  }
-  return quoted + '"';
-}
-
 /// An object without its closing brace.
 std::string object_of(const std::string& time, const std::string& level, const std::string& text) {
   return fmt::format(R"({}{}","level":"{}","text":{})", object_start, time, level,
-                     json_string(text));
+                     json_string(printable(text)));
 }
 
 void print(std::FILE* stream, const std::string& line) {
@@ -110,7 +100,7 @@ std::string json_message(const std::string& time, const std::string& text,
   return fmt::format(R"({},"done":{},"total":{},"unit":{},"rate":{:.6g},"left":{}}})"
                      "\n",
                      object_of(time, "progress", text), numbers.done, numbers.total,
-                     json_string(numbers.unit), numbers.rate, left);
+                     json_string(printable(numbers.unit)), numbers.rate, left);
 }
 
 MessageLog::Format log_format(std::span<char* const> arguments) {

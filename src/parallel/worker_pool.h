@@ -23,7 +23,7 @@ struct FinishedBlock {
 };
 
 /// Threads that draw blocks from a source, compute them and queue the results. The queue is
-/// bounded: a thread that finds it full waits. What compute throws stops the pool.
+/// bounded: a thread that finds it full waits. An exception of compute stops the pool.
 class WorkerPool {
  public:
   /// The next block to compute, or none when there are no more. Called by the pool's threads,

@@ -22,35 +22,26 @@ template <>
 struct Fftw<double> {
   using Plan = fftw_plan;
   using Complex = fftw_complex;
-  static void* allocate(std::size_t bytes) { return fftw_malloc(bytes); }
-  static void release(void* memory) { fftw_free(memory); }
-  // FFTW_ESTIMATE, since plans chosen by timing would round differently from run to run.
-  static Plan plan_forward(int height, int width, double* in, Complex* out) {
-    return fftw_plan_dft_r2c_2d(height, width, in, out, FFTW_ESTIMATE);
-  }
-  static Plan plan_backward(int height, int width, Complex* in, double* out) {
-    return fftw_plan_dft_c2r_2d(height, width, in, out, FFTW_ESTIMATE);
-  }
-  static void forward(Plan plan, double* in, Complex* out) { fftw_execute_dft_r2c(plan, in, out); }
-  static void backward(Plan plan, Complex* in, double* out) { fftw_execute_dft_c2r(plan, in, out); }
-  static void destroy(Plan plan) { fftw_destroy_plan(plan); }
+  static constexpr auto allocate = fftw_malloc;
+  static constexpr auto release = fftw_free;
+  static constexpr auto plan_forward = fftw_plan_dft_r2c_2d;
+  static constexpr auto plan_backward = fftw_plan_dft_c2r_2d;
+  static constexpr auto forward = fftw_execute_dft_r2c;
+  static constexpr auto backward = fftw_execute_dft_c2r;
+  static constexpr auto destroy = fftw_destroy_plan;
 };
 
 template <>
 struct Fftw<float> {
   using Plan = fftwf_plan;
   using Complex = fftwf_complex;
-  static void* allocate(std::size_t bytes) { return fftwf_malloc(bytes); }
-  static void release(void* memory) { fftwf_free(memory); }
-  static Plan plan_forward(int height, int width, float* in, Complex* out) {
-    return fftwf_plan_dft_r2c_2d(height, width, in, out, FFTW_ESTIMATE);
-  }
-  static Plan plan_backward(int height, int width, Complex* in, float* out) {
-    return fftwf_plan_dft_c2r_2d(height, width, in, out, FFTW_ESTIMATE);
-  }
-  static void forward(Plan plan, float* in, Complex* out) { fftwf_execute_dft_r2c(plan, in, out); }
-  static void backward(Plan plan, Complex* in, float* out) { fftwf_execute_dft_c2r(plan, in, out); }
-  static void destroy(Plan plan) { fftwf_destroy_plan(plan); }
+  static constexpr auto allocate = fftwf_malloc;
+  static constexpr auto release = fftwf_free;
+  static constexpr auto plan_forward = fftwf_plan_dft_r2c_2d;
+  static constexpr auto plan_backward = fftwf_plan_dft_c2r_2d;
+  static constexpr auto forward = fftwf_execute_dft_r2c;
+  static constexpr auto backward = fftwf_execute_dft_c2r;
+  static constexpr auto destroy = fftwf_destroy_plan;
 };
 
 /// An array of reals, aligned for FFTW's full speed.
@@ -79,8 +70,9 @@ class Transform {
     const Buffer<Real> buffer(reals());
     Real* const real = buffer.get();
     const std::lock_guard lock(fftw_planner_mutex());
-    forward_ = Api::plan_forward(height, width, real, complex(real));
-    backward_ = Api::plan_backward(height, width, complex(real), real);
+    // FFTW_ESTIMATE, since plans chosen by timing would round differently from run to run.
+    forward_ = Api::plan_forward(height, width, real, complex(real), FFTW_ESTIMATE);
+    backward_ = Api::plan_backward(height, width, complex(real), real, FFTW_ESTIMATE);
     if (forward_ == nullptr || backward_ == nullptr) throw std::bad_alloc();
   }
   ~Transform() {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/no_value.h"
+#include "processing/blocked_plane.h"
 
 namespace gamer {
 namespace {
@@ -111,29 +112,18 @@ class PaddedPlane final : public Plane {
 // ---- Quarter turns -----------------------------------------------------------------------------
 
 /// A plane turned by 90 degrees, counter-clockwise or clockwise.
-class TurnedPlane final : public Plane {
+class TurnedPlane final : public BlockedPlane {
  public:
   TurnedPlane(PlanePtr source, bool clockwise)
-      : Plane(source->height(), source->width()),
+      : BlockedPlane(source->height(), source->width(), side_length),
         source_(std::move(source)),
         clockwise_(clockwise) {}
-
-  /// Rows are columns of the source: square tiles read the least of it.
-  Tile tile() const override { return {side_length, side_length}; }
-
-  using Plane::read;
-  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
-    std::vector<double> values;
-    for_each_block(area, side_length, [&](const Area& block) {
-      turn(block, out + (block.y - area.y) * stride + block.x - area.x, stride, values);
-    });
-  }
 
  private:
   static constexpr int side_length = 512;
 
-  void turn(const Area& area, double* out, std::ptrdiff_t stride,
-            std::vector<double>& values) const {
+  void read_block(const Area& area, double* out, std::ptrdiff_t stride,
+                  std::vector<double>& values) const override {
     // Counter-clockwise, (x, y) comes from (y, width - 1 - x); clockwise from (height - 1 - y, x).
     Area from = {area.y, area.x, area.height, area.width};
     if (clockwise_) {

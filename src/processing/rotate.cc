@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/no_value.h"
+#include "processing/blocked_plane.h"
 #include "processing/geometry.h"
 
 namespace gamer {
@@ -76,25 +77,14 @@ class KernelTable {
   std::vector<double> weights_;
 };
 
-class RotatedPlane final : public Plane {
+class RotatedPlane final : public BlockedPlane {
  public:
   RotatedPlane(PlanePtr source, const Rotation& rotation, const PlaneSize& size)
-      : Plane(size.width, size.height),
+      : BlockedPlane(size.width, size.height, side_length),
         source_(std::move(source)),
         table_(rotation.kernel),
         turn_(rotation.angle),
         fill_(rotation.fill) {}
-
-  /// Square tiles read the least of the source.
-  Tile tile() const override { return {side_length, side_length}; }
-
-  using Plane::read;
-  void read(const Area& area, double* out, std::ptrdiff_t stride) const override {
-    std::vector<double> values;
-    for_each_block(area, side_length, [&](const Area& block) {
-      read_block(block, out + (block.y - area.y) * stride + block.x - area.x, stride, values);
-    });
-  }
 
  private:
   static constexpr int side_length = 256;
@@ -131,7 +121,7 @@ class RotatedPlane final : public Plane {
   }
 
   void read_block(const Area& block, double* out, std::ptrdiff_t stride,
-                  std::vector<double>& values) const {
+                  std::vector<double>& values) const override {
     const Area from = reach(block);
     // The part of the source within reach, with a margin.
     const int x1 = std::clamp(from.x, 0, source_->width());

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "gamer/core/printable.h"
+
 namespace gamer {
 namespace {
 
@@ -87,20 +89,6 @@ std::string turned(const DataTable& table) {
   left[0] = left[1] = true;
   std::size_t widest = 0;
   return aligned(lines, left, widest);
-}
-
-std::string json_string(std::string_view text) {
-  std::string result = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') {
-      (result += '\\') += c;
-    } else if (const auto byte = static_cast<unsigned char>(c); byte < 0x20 || byte > 0x7E) {
-      result += fmt::format("\\u{:04x}", byte);
-    } else {
-      result += c;
-    }
-  }
-  return result + '"';
 }
 
 std::string json_value(const DataColumn& column, std::size_t row) {

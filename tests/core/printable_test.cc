@@ -38,5 +38,10 @@ TEST(Printable, BytesThatAreNotUtf8AreEscaped) {
   EXPECT_EQ(printable("\xf7\xbf\xbf\xbf"), "\\xf7\\xbf\\xbf\\xbf");
 }
 
+TEST(JsonString, KeepsUtf8AndEscapesOtherBytes) {
+  EXPECT_EQ(json_string("a\"b\\ \u00e9\U0001F30C"), "\"a\\\"b\\\\ \u00e9\U0001F30C\"");
+  EXPECT_EQ(json_string("\n\x7f\xb2"), "\"\\u000a\\u007f\\u00b2\"");
+}
+
 }  // namespace
 }  // namespace gamer

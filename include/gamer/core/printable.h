@@ -10,4 +10,8 @@ namespace gamer {
 /// Without this, file names and contents could move the cursor or imitate other lines.
 std::string printable(std::string_view text);
 
+/// `text` as a JSON string, with its quotation marks. Control characters and bytes that are not
+/// UTF-8 become \u00NN.
+std::string json_string(std::string_view text);
+
 }  // namespace gamer

@@ -22,8 +22,8 @@ struct StopLine {
   std::size_t time_at = std::string::npos;
 };
 
-/// Makes these signals also print a line on standard error. `line` is called now, with the name of
-/// each signal. Without this call signals print nothing.
+/// Makes these signals also print a line on standard error. This call makes all lines by `line`,
+/// one for the name of each signal. Without it signals print nothing.
 void say_when_stopped(const std::function<StopLine(const std::string& signal)>& line);
 void say_nothing_when_stopped();
 

@@ -39,9 +39,9 @@ DataTable read_data_table(const std::filesystem::path& path, const std::string& 
 void write_fits_table(const std::filesystem::path& path, const DataTable& table,
                       const std::vector<Card>& cards = {});
 
-/// Writes an ECSV file (Enhanced Character-Separated Values 1.0, astropy), complete or absent; it
-/// replaces an old file. Words are separated by blanks, NaN is "nan", and control characters in
-/// texts become %XX. Throws RunError.
+/// Writes an ECSV file (Enhanced Character-Separated Values 1.0, astropy), in place of an old file.
+/// The file is complete or absent. Words are separated by blanks, NaN is "nan", and control
+/// characters in texts become %XX. Throws RunError.
 void write_ecsv(const std::filesystem::path& path, const DataTable& table);
 /// The text that write_ecsv() writes.
 std::string ecsv_text(const DataTable& table);

@@ -58,7 +58,7 @@ struct TextTable {
   std::vector<Card> cards;
 
   using TakeRow = std::function<void(std::span<const std::string_view>)>;
-  /// Used instead of `rows` where they would need much memory. The function calls its argument with
+  /// A source of rows instead of `rows`, for large tables. The function calls its argument with
   /// each row in turn; every call gives equal rows.
   std::function<void(const TakeRow&)> made_rows = {};
 
@@ -66,9 +66,9 @@ struct TextTable {
   void for_each_row(const TakeRow& take) const;
 };
 
-/// One face of an image whose faces stand one above the other; each is an HDU of its own.
+/// One face of an image whose faces stand one above the other. Each face is an HDU of its own.
 struct ImageFace {
-  std::string label;  ///< "FRONT"; begins EXTNAME; a plane's label follows in extensions
+  std::string label;  ///< "FRONT": begin of EXTNAME; a plane's label follows in extensions
   LinearAxis x, y;
   std::vector<Card> cards;
   /// Place of the face in a picture of all faces, counted in faces from the lower left.
@@ -83,7 +83,7 @@ struct HealpixHeader {
   char frame = 'G';        ///< COORDSYS
 };
 
-/// The description of an image: all but its pixels.
+/// The description of an image without its pixels.
 struct ImageHeader {
   int width = 0;
   int height = 0;
@@ -105,7 +105,7 @@ struct ImageHeader {
   std::vector<std::vector<Card>> plane_cards;
   std::vector<Card> cards;
   std::vector<TextTable> tables;
-  std::vector<DataTable> data_tables;  ///< stand before `tables` in a file
+  std::vector<DataTable> data_tables;  ///< before `tables` in a file
 
   int planes() const { return static_cast<int>(labels.size()); }
 };

@@ -15,7 +15,7 @@ enum class ImageLayout {
   cube,
   extensions,
   files,
-  stamps  ///< of objects, each a cube; see StampWriter
+  stamps  ///< a cube for each object; see StampWriter
 };
 
 struct OutputOptions {
@@ -47,7 +47,7 @@ class ImageWriter {
 std::vector<std::filesystem::path> output_files(const OutputOptions& options,
                                                 const ImageHeader& header);
 
-/// Throws InputError when OutputOptions::path has another suffix than those listed there.
+/// Throws InputError when the suffix of OutputOptions::path is not one of those listed there.
 void check_output_suffix(const OutputOptions& options);
 
 /// Checks everything that can be known before rendering and leaves nothing behind. Throws

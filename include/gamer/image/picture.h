@@ -41,8 +41,8 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// q05)/1.645. In a noise-free image with dark corners, m = 0; in an image with sky and noise, m is
 /// the sky.
 ///
-/// *Balance.* L_c is the channel's light and L the mean of the L_c. Light is summed over the pixels
-/// in which some channel is 3 sigma above its sky, equal ones for all channels. Channel c is
+/// *Balance.* L_c is the channel's light and L the mean of the L_c. All channels sum their light
+/// over equal pixels: those in which some channel is 3 sigma above its sky. Channel c is
 /// multiplied by (L/L_c)^0.5. With exponent 1 every galaxy's sum would be white, with 0 red
 /// galaxies would be all red. With 0.5 a yellow-white bulge in a bluer disk remains. Green is then
 /// scaled so that its light is the geometric mean of red's and blue's: no galaxy as a whole is
@@ -62,8 +62,8 @@ Picture make_picture(const Image& image, const std::vector<double>& wavelengths)
 std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
                                        const std::vector<double>& wavelengths);
 
-/// The numbers that make_picture() chooses for its channels; see there. The colour of the pixel (r,
-/// g, b) is lupton_stretch() of factor_c max(c - black_c, 0).
+/// The numbers that make_picture() chooses for its channels. The colour of the pixel (r, g, b) is
+/// lupton_stretch() of factor_c max(c - black_c, 0).
 struct PictureTone {
   std::array<double, 3> black{};
   std::array<double, 3> factor = {1, 1, 1};
@@ -92,9 +92,9 @@ class PictureWhite {
   double slope_, scale_;
 };
 
-/// Chooses slope and scale, and black and factor where they are not given. `channels` are one or
-/// three, with finite pixels, and are read once. A grey picture's three values are
-/// equal. `threads` is the number of threads that make the pixels.
+/// Chooses slope and scale, and black and factor where they are not given. There are one or three
+/// `channels` with finite pixels, which are read once. A grey picture's three values are equal.
+/// `threads` is the number of threads that make the pixels.
 PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
                            const std::optional<std::array<double, 3>>& black = {},
                            const std::optional<std::array<double, 3>>& factor = {});

@@ -44,7 +44,7 @@ class Plane {
     int width = 0;
     int height = 0;
   };
-  /// Whole rows of about 2^18 pixels, unless an operation says otherwise.
+  /// By default whole rows of about 2^18 pixels.
   virtual Tile tile() const;
 
  private:
@@ -74,7 +74,8 @@ using PixelChange = std::function<void(const Area& area, double* values)>;
 PlanePtr changed(PlanePtr source, PixelChange change);
 
 /// Splits the plane into bands of whole rows, bottom first. `threads` threads make a band's tiles,
-/// then this thread calls `take(area, values)`. Throws Cancelled, or what the plane or `take` does.
+/// then this thread calls `take(area, values)`. Throws Cancelled, and exceptions of the plane and
+/// of `take`.
 void for_each_band(const Plane& plane, int threads,
                    const std::function<void(const Area& area, const double* values)>& take);
 

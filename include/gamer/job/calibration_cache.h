@@ -12,8 +12,9 @@ namespace gamer {
 /// Measured parts of a galaxy (GalaxyStatistics) by name.
 using CalibrationParts = std::map<std::string, std::vector<double>>;
 
-/// The parts as bytes with a check sum, and back. Without a valid check sum there are no parts.
+/// The parts as bytes with a check sum.
 std::string pack_parts(const CalibrationParts& parts);
+/// The parts in bytes of pack_parts(); none where the check sum is wrong.
 CalibrationParts unpack_parts(std::string_view bytes);
 
 /// Measured parts in files, one for each shape of a galaxy (Galaxy::shape()), so that a later
@@ -21,9 +22,9 @@ CalibrationParts unpack_parts(std::string_view bytes);
 ///
 /// Files belong to a build and an instruction set (build_identity()), so that images have equal
 /// bits with any state of the cache. A file is replaced as a whole. Any number of processes may use
-/// a folder, and of parts that two processes add at one time some may be lost. Damaged files count
-/// as absent, and what cannot be written is not kept. The cache holds a limited number of files and
-/// forgets those that were not used for longest.
+/// a folder; where two of them add parts at one time, some may be lost. Damaged files count as
+/// absent, and failures to write are ignored. The cache holds at most most_files files and removes
+/// those that were unused for longest.
 class CalibrationCache {
  public:
   /// `identity` must not be empty.

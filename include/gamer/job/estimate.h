@@ -24,12 +24,12 @@ struct Preparation {
   double measuring = 0;  ///< by all ranks together (complete())
 };
 
-/// Estimates a job that has been read and completed. The estimate renders up to 16 x 16 pixels
-/// at some places for up to `most_seconds`, or one pixel that takes longer. A place is chosen with
-/// a probability proportional to its cost by sample_costs(). With `truth` it also measures a few
-/// galaxies for up to `most_seconds`. Times are processor times of the thread. The estimate assumes
-/// that rank 0 hands out and writes while its threads render. The time of the file system is left
-/// out. Work that is `done` costs only its writing.
+/// Estimates a job that has been read and completed. For about `most_seconds` this function renders
+/// squares of up to 16 x 16 pixels, and at least one pixel. A place is chosen with a probability
+/// proportional to its cost by sample_costs(). With `truth` a few galaxies are also measured, for
+/// up to `most_seconds`. Times are processor times of the thread. The estimate assumes that rank 0
+/// hands out blocks and writes while its threads render. The time of the file system is left out.
+/// Rows and objects that are `done` cost only their writing.
 JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
                          const Preparation& preparation, const FinishedWork& done = {},
                          double most_seconds = 2);

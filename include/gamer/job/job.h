@@ -25,7 +25,7 @@ namespace gamer {
 
 class CalibrationMemory;
 
-/// A user's request: two files, or an image to be made again, with changes.
+/// A user's request: the two files of a job, or an image to be made again, with changes to either.
 struct JobRequest {
   std::filesystem::path parameters;   ///< *.par
   std::filesystem::path scene;        ///< *.lst
@@ -61,7 +61,8 @@ struct RenderJob {
     bool is_draft = false;   ///< whether all is measured for a coarse view
     bool star_tone = false;  ///< whether discs of stars need find_star_tone()
     bool truth = false;      ///< whether the job makes a table of truth
-    /// Counts galaxies whose observed light is measured, on rank 0; may be empty.
+    /// Called on rank 0 when the observed light of `more` galaxies, of `total`, has been measured;
+    /// may be empty.
     std::function<void(int more, int total)> progress = {};
     /// Keeps the galaxies, measured for these footprints, for later jobs; may be empty.
     std::function<void(std::span<const FootprintRange> footprints)> keep = {};
@@ -74,8 +75,7 @@ struct RenderJob {
   RenderCounts layer_counts = {};  ///< of this rank's share of the layers
   /// [galaxy] What complete() measured for the table of truth; empty if nothing.
   std::vector<std::optional<GalaxyMeasure>> measures = {};
-  /// Files that were read from disk, on the rank that read them, except an image that is made
-  /// again.
+  /// Files that this rank read from disk, without the image of JobRequest::from_header.
   std::vector<std::filesystem::path> input_files = {};
 };
 

@@ -146,8 +146,8 @@ class Journal {
 
   std::vector<Block> blocks_;
   bool has_end_ = false;
-  std::uint64_t size_ = 0;  ///< of what is sound, bytes
-  std::uint64_t tail_ = 0;  ///< damaged bytes behind it
+  std::uint64_t size_ = 0;  ///< of the sound entries, bytes
+  std::uint64_t tail_ = 0;  ///< damaged bytes behind them
 };
 
 /// Number of rows in ranges that do not overlap.

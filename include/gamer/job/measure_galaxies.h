@@ -13,8 +13,8 @@ namespace gamer {
 /// of footprints, one for each galaxy. Without ranges all footprints are measured.
 ///
 /// Results that `memory` holds are not measured again; only a process without other ranks may give
-/// a memory. On rank 0 results may also come from calibration_cache(), which then takes the new
-/// ones: those of references, and those of all galaxies if they are few.
+/// a memory. On rank 0 results also come from calibration_cache(). The cache then takes the new
+/// results of references, and of all galaxies if these are few.
 void measure_galaxies(std::span<const std::shared_ptr<Galaxy>> galaxies,
                       std::span<const FootprintRange> footprints, const Ranks& ranks,
                       CalibrationMemory* memory = nullptr);

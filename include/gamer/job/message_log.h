@@ -19,15 +19,15 @@ struct ProgressNumbers {
 
 /// The messages of a job, for people or for machines.
 ///
-/// Text: results go to `out`, and everything else to `err`, behind the program's name. JSON: every
-/// message is an object on a line of `err`, with the keys `time` (ISO 8601, UTC), `level` (info,
-/// warning, error or progress) and `text`. Progress has `done`, `total`, `unit`, `rate` and `left`
-/// too; `left` is null where it is not known. Control characters are escaped by printable() in
-/// both.
+/// In format `text`, results go to `out`, and everything else goes to `err` behind the program's
+/// name. In format `json`, every message is an object on a line of `err`. Its keys are `time` (ISO
+/// 8601, UTC), `level` (info, warning, error or progress) and `text`. Progress also has `done`,
+/// `total`, `unit`, `rate` and `left`, which is null where it is unknown. Both formats escape
+/// control characters by printable().
 class MessageLog {
  public:
   enum class Format { text, json };
-  /// `now` gives seconds since 1970; by default the system's clock does.
+  /// `now` gives seconds since 1970; by default it is the system's clock.
   explicit MessageLog(Format format = Format::text, std::FILE* out = stdout,
                       std::FILE* err = stderr, std::function<std::time_t()> now = {});
 
@@ -60,7 +60,7 @@ class MessageLog {
   bool is_quiet_ = false;
 };
 
-/// The object and its line's end. `time` is its time as text.
+/// A message or a progress as one JSON object, with a line's end. `time` is in ISO 8601, UTC.
 std::string json_message(const std::string& time, const std::string& level,
                          const std::string& text);
 std::string json_message(const std::string& time, const std::string& text,

@@ -21,17 +21,18 @@ class Progress {
   /// The style that suits `stream`.
   static Style style_for(std::FILE* stream);
 
-  /// `unit` names the counted things, such as "rows". `clock` gives seconds; by default a steady
-  /// clock. `date` begins lines; by default local time, UTC in JSON objects.
+  /// `unit` names the counted things, such as "rows". `clock` gives seconds; by default it is a
+  /// steady clock. `date` gives the time that begins a line; by default this is local time, in JSON
+  /// objects UTC.
   Progress(int total, std::string unit, Style style, std::FILE* stream,
            std::function<double()> clock = {}, std::function<std::string()> date = {});
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  /// Counts what was done in this run.
+  /// Counts things that this run has done.
   void add(int count);
-  /// Counts what was done before, which does not count for the rate.
+  /// Counts things that an earlier run has done, which the rate leaves out.
   void skip(int count);
   int skipped() const { return skipped_; }
   double seconds() const { return clock_() - start_; }
@@ -40,9 +41,9 @@ class Progress {
   ProgressNumbers numbers() const;
   /// The text behind the percents: rate and time left.
   std::string text() const;
-  /// Finished tenths of all.
+  /// Number of finished tenths.
   int tenth() const { return static_cast<int>(share_of(10)); }
-  /// The finished part, in units of which `all` are the whole.
+  /// The finished share, in parts of 1/all, rounded down.
   long long share_of(int all) const { return total_ > 0 ? 1LL * all * done_ / total_ : all; }
   /// Seconds between two messages.
   double interval() const;

@@ -40,7 +40,7 @@ struct RenderInput {
   bool is_draft = false;
 };
 
-/// How far a render is.
+/// The progress of a render.
 struct RenderProgress {
   enum class Stage {
     measuring,  ///< the galaxies' textures; its parts are not counted
@@ -55,14 +55,14 @@ struct RenderProgress {
 
 struct Rendering;
 
-/// The requests of a caller besides pixels.
+/// The wishes of a caller besides pixels, and how to watch and end a render.
 struct RenderControl {
   bool truth = false;         ///< make table TRUTH and the images of [truth]
   bool truth_images = false;  ///< make those images even without the table
   /// Called in the thread that called Session::render(). An exception of it ends the render.
   std::function<void(const RenderProgress&)> progress = {};
-  /// Called there, too, with finished rows of an image, in any order. An exception of it ends the
-  /// render.
+  /// Called in that thread with finished rows of an image, in any order. An exception of it ends
+  /// the render.
   std::function<void(RowRange rows, const Rendering& rendering)> finished = {};
   /// Ends the render at the next tile; Session::render() then throws Cancelled. May be null.
   const Cancellation* cancellation = nullptr;

@@ -44,8 +44,8 @@ class StampRenderer {
   Renderer renderer(std::size_t stamp) const;
   /// Memory of the largest stamp's values, bytes.
   std::size_t most_bytes() const;
-  /// Every rank's part. On rank 0 `take` gets the values of each stamp, and their number of rays
-  /// that did not converge.
+  /// Renders all stamps; every rank calls this function. On rank 0 `take` gets the values of each
+  /// stamp, and its number of rays that did not converge.
   using Take = std::function<void(std::size_t stamp, std::span<const double> values, double rays)>;
   void run(Executor& executor, const Take& take, RankReport& report) const;
 
@@ -66,16 +66,16 @@ std::size_t stamp_piece(std::span<const std::size_t> values, std::uint64_t most)
 /// A job of stamps with its file, as rank 0 has it.
 class StampTask {
  public:
-  /// Checks all that can be known beforehand. Throws InputError.
+  /// Checks everything that can be known beforehand. Throws InputError.
   StampTask(RenderJob job, JobOptions options, int ranks, int threads);
 
   const RenderJob& job() const { return job_; }
-  /// Says after a dry run why the job itself would not begin; empty where it would.
+  /// After a dry run, the reason why the job itself would not begin; empty if there is none.
   const std::string& hindrance() const { return hindrance_; }
   void complete(const Ranks& ranks, int threads, Progress::Style style);
   /// Renders with all ranks and completes the file. Throws InputError, RunError.
   void render(Executor& executor, Progress::Style style, RankReport& report);
-  /// A line that says what is to be made: "x.fits: 12 stamps of 15 to 101 pixels a side, 3 planes".
+  /// The planned output: "x.fits: 12 stamps of 15 to 101 pixels a side, 3 planes".
   std::string plan() const;
   /// A warning about rays that did not converge; empty where there are none.
   std::string shortfall() const;

@@ -7,8 +7,8 @@
 
 namespace gamer {
 
-/// Lines about the journal of an interrupted or running job. `program` is that of this process
-/// (program_text()). Control characters of names are escaped.
+/// Lines about the journal of an interrupted or running job. `program` is program_text() of this
+/// process. Control characters in names are escaped.
 std::string status_text(const std::filesystem::path& journal, const JournalStatus& status,
                         const std::string& program);
 

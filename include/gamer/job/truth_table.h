@@ -22,12 +22,13 @@ void write_truth_table(const std::filesystem::path& path, const DataTable& table
 ///   mag_dustfree_<label> (flux_... in relative images: pixel sums of a fine image, in units of
 ///   brightness times scene units^2), half_light_radius, e1, e2, bulge_to_total (without dust,
 ///   first plane), optical_depth. Values that a star lacks are NaN.
-/// Every rank calls this function; rank 0 gets the table. There `count` is called for finished
-/// objects.
+/// Every rank calls this function; rank 0 gets the table. On rank 0 `count` is called with the
+/// number of objects that are finished.
 DataTable truth_table(const RenderJob& job, Executor& executor,
                       const std::function<void(int objects)>& count = {});
 
-/// Properties of a galaxy for its row: what complete() measured, or measured now.
+/// Properties of a galaxy for its row. They are those that complete() measured; without them this
+/// function measures the galaxy.
 GalaxyMeasure measure_for_truth(const RenderJob& job, std::size_t galaxy);
 
 }  // namespace gamer

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <numeric>
 
+#include "galaxy/running_sums.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/noise/footprint.h"
@@ -68,22 +69,13 @@ double density_at(const SurfaceDensity& density, double x, double y) {
 /// `count` places that follow a clump's profile, in pairs on opposite sides.
 std::vector<Offset> profile_points(std::size_t count) {
   constexpr int steps = 1 << 12;
-  static const std::vector<double> below = [] {
-    std::vector<double> sums(steps + 1, 0.0);
-    for (std::size_t i = 0; i < steps; ++i) {
-      const double r = (static_cast<double>(i) + 0.5) / steps;
-      sums[i + 1] = sums[i] + r * r * clump_profile(r);
-    }
-    return sums;
-  }();
+  static const std::vector<double> below =
+      running_sums(steps, [](double r) { return r * r * clump_profile(r); });
   std::vector<Offset> points;
   for (std::size_t k = 0; k < count / 2; ++k) {
     double u[3];
     R3Sequence().point(k, u);
-    const double wanted = u[0] * below.back();
-    const auto next = std::upper_bound(below.begin() + 1, below.end() - 1, wanted);
-    const double within = (wanted - *(next - 1)) / (*next - *(next - 1));
-    const double r = (static_cast<double>(next - 1 - below.begin()) + within) / steps;
+    const double r = place_of_sum(below, u[0] * below.back());
     const double cosine = 2 * u[1] - 1, sine = std::sqrt(1 - cosine * cosine);
     const double angle = 2 * std::numbers::pi * u[2];
     const Offset point{r * sine * std::cos(angle), r * sine * std::sin(angle), r * cosine};

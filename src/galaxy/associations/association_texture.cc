@@ -1,7 +1,6 @@
 #include "galaxy/associations/association_texture.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
@@ -10,7 +9,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "gamer/core/error.h"
+#include "galaxy/running_sums.h"
 #include "gamer/core/random.h"
 #include "gamer/noise/footprint.h"
 
@@ -37,6 +36,8 @@ constexpr double layer_share = 0.96;
 
 // Offsets of lattices, cells.
 constexpr double largest_shift = 16;
+
+constexpr const char* no_associations = "there are no associations in the whole component";
 
 /// The integral of x^power over [least, most].
 double power_integral(double power, double least, double most) {
@@ -114,20 +115,13 @@ double seen_layer(double z, double radius, double z0) {
 const std::vector<double>& unit_heights() {
   static const std::vector<double> heights = [] {
     constexpr int steps = 1 << 14;
-    std::vector<double> below(steps + 1, 0.0);
-    for (int i = 0; i < steps; ++i) {
-      below[static_cast<std::size_t>(i) + 1] =
-          below[static_cast<std::size_t>(i)] +
-          light_at_height(2 * (i + 0.5) / steps - 1) * 2 / steps;
-    }
+    const std::vector<double> below =
+        running_sums(steps, [](double x) { return light_at_height(2 * x - 1); });
     std::vector<double> result;
     for (std::size_t k = 0; k < clump_count; ++k) {
       double u[3];
       R3Sequence().point(k, u);
-      const double wanted = u[1] * below.back();
-      const auto next = std::upper_bound(below.begin() + 1, below.end() - 1, wanted);
-      const double low = *(next - 1), share = (wanted - low) / (*next - low);
-      result.push_back(2 * (static_cast<double>(next - 1 - below.begin()) + share) / steps - 1);
+      result.push_back(2 * place_of_sum(below, u[1] * below.back()) - 1);
     }
     return result;
   }();
@@ -183,7 +177,7 @@ void AssociationParameters::apply(const ParameterSet& values) {
 
 AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
                                        SurfaceDensity density, double z0)
-    : Texture(0), parameters_(parameters), z0_(z0) {
+    : ScaledTexture(no_associations), parameters_(parameters), z0_(z0) {
   const double total = integral_of(density);
   for (float& value : density.values) value = static_cast<float>(double{value} / total);
   density_ = one_copy(std::move(density));
@@ -201,7 +195,7 @@ AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
 }
 
 AssociationTexture::AssociationTexture(const AssociationTexture& twin, std::uint64_t seed)
-    : Texture(0),
+    : ScaledTexture(no_associations),
       parameters_(twin.parameters_),
       density_(twin.density_),
       z0_(twin.z0_),
@@ -337,7 +331,7 @@ void AssociationTexture::evaluate_whole(const Points& points, BatchArray& out,
   BatchArray light;
   float* const to = light.data();
   look(points, std::span(&none, 1), std::span(&to, 1), evaluations);
-  for (std::size_t i = 0; i < points.size; ++i) out[i] = light[i] * static_cast<float>(scale_);
+  for (std::size_t i = 0; i < points.size; ++i) out[i] = light[i] * static_cast<float>(scale());
 }
 
 void AssociationTexture::see(const Points& points, std::span<const float* const> footprints,
@@ -352,26 +346,8 @@ void AssociationTexture::expect(std::size_t size, const SeenNoise& seen, const f
                                 std::span<const double> /*deviations*/,
                                 std::span<BatchArray> out) const {
   for (BatchArray& values : out) {
-    for (std::size_t i = 0; i < size; ++i) values[i] = seen.sum[i] * static_cast<float>(scale_);
+    for (std::size_t i = 0; i < size; ++i) values[i] = seen.sum[i] * static_cast<float>(scale());
   }
-}
-
-void AssociationTexture::normalise(std::span<const WeightedBatch> cloud,
-                                   const FractalNoise::Factor& factor) {
-  scale_ = 1;
-  const CloudMean all = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
-    std::uint64_t evaluations = 0;
-    evaluate_whole(cloud[b].points(), out, evaluations);
-    if (!factor) return;
-    BatchArray other;
-    factor(cloud[b].points(), other.data());
-    for (std::size_t i = 0; i < cloud[b].size; ++i) out[i] *= other[i];
-  });
-  if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
-    throw InputError("there are no associations in the whole component");
-  }
-  scale_ = 1 / all.mean;
-  rms_ = std::sqrt(all.square_mean) / all.mean;
 }
 
 }  // namespace gamer

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "galaxy/associations/association_kernel.h"
+#include "galaxy/scaled_texture.h"
 #include "gamer/core/parameter.h"
-#include "gamer/galaxy/texture.h"
 #include "gamer/noise/noise.h"
 
 namespace gamer {
@@ -52,23 +52,16 @@ struct AssociationParameters {
 ///
 /// A ray of footprint w sees a share of a level and of an octave, as in FractalNoise; the rest
 /// counts by its mean.
-class AssociationTexture : public Texture {
+class AssociationTexture : public ScaledTexture {
  public:
   /// `density` is the layer's surface density, of any scale, and `z0` its height.
   AssociationTexture(const AssociationParameters& parameters, SurfaceDensity density, double z0);
   /// A texture with equal parameters, but for the seed.
   AssociationTexture(const AssociationTexture& twin, std::uint64_t seed);
 
-  void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
-  std::vector<double> statistics() const override { return {scale_, rms_}; }
-  void restore(std::span<const double> statistics) override {
-    scale_ = statistics[0];
-    rms_ = statistics[1];
-  }
   bool hides(double footprint) const override;
   double frequency() const override;
   double sharpness() const override { return 2; }
-  double rms() const override { return rms_; }
   void see(const Points& points, std::span<const float* const> footprints, bool wants_coherent,
            std::span<SeenNoise> out, std::uint64_t& evaluations) const override;
   void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
@@ -89,8 +82,6 @@ class AssociationTexture : public Texture {
 
   const std::vector<ClumpLevel>& levels() const { return levels_; }
   const SurfaceDensity& density() const { return *density_; }
-  /// Phi is this factor times the expression above.
-  double scale() const { return scale_; }
 
  private:
   void evaluate_whole(const Points& points, BatchArray& out,
@@ -99,7 +90,7 @@ class AssociationTexture : public Texture {
   /// Gives the lattices of all levels the places that follow from the seed.
   void place_lattices();
   void add_octaves();
-  /// Phi/scale_ for each of the footprints, which may be null.
+  /// Phi/scale() for each of the footprints, which may be null.
   void look(const Points& points, std::span<const float* const> footprints,
             std::span<float* const> out, std::uint64_t& evaluations) const;
 
@@ -111,8 +102,6 @@ class AssociationTexture : public Texture {
   std::vector<std::size_t> before_;  ///< number of octaves of M_l
   std::vector<Octave> octaves_;
   float contrast_ = 0;
-  double scale_ = 1;
-  double rms_ = 1;
 };
 
 }  // namespace gamer

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <numbers>
 
+#include "galaxy/running_sums.h"
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
 #include "gamer/galaxy/sample_batch.h"
@@ -82,11 +83,8 @@ std::shared_ptr<const std::vector<double>> RadialLaw::shared_integrals() const {
   std::erase_if(known, [](const auto& entry) { return entry.second.expired(); });
   std::weak_ptr<const std::vector<double>>& entry = known[key];
   if (auto integrals = entry.lock()) return integrals;
-  auto integrals = std::make_shared<std::vector<double>>(1, 0.0);
-  for (int i = 0; i < steps; ++i) {
-    const double m = end_ * (i + 0.5) / steps;
-    integrals->push_back(integrals->back() + m * std::exp(logarithm(m)));
-  }
+  auto integrals = std::make_shared<std::vector<double>>(
+      running_sums(steps, [&](double x) { return end_ * x * std::exp(logarithm(end_ * x)); }));
   for (double& share : *integrals) share /= integrals->back();
   entry = integrals;
   return integrals;
@@ -140,10 +138,7 @@ std::vector<float> RadialLaw::quantiles(int parts) const {
       result.push_back(static_cast<float>(rh_ * x));
       continue;
     }
-    const auto above = std::upper_bound(inside_->begin(), inside_->end() - 1, u);
-    const double low = *(above - 1), share = (u - low) / (*above - low);
-    result.push_back(static_cast<float>(
-        end_ * (static_cast<double>(above - 1 - inside_->begin()) + share) / steps));
+    result.push_back(static_cast<float>(end_ * place_of_sum(*inside_, u)));
   }
   result.push_back(static_cast<float>(inside_ == nullptr ? rh_ * end : end_));
   return result;

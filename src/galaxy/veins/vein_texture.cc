@@ -338,7 +338,9 @@ VeinInput veins_of(const VeinParameters& p, const SpiralCoordinates& coordinates
 
 VeinTexture::VeinTexture(const VeinParameters& parameters, const SpiralCoordinates& coordinates,
                          double thickness)
-    : Texture(0), parameters_(parameters), coordinates_(coordinates) {
+    : ScaledTexture("the veins are zero or infinite over the whole component"),
+      parameters_(parameters),
+      coordinates_(coordinates) {
   if (parameters.octaves > most_octaves || parameters.displacement_octaves > most_octaves) {
     throw std::invalid_argument("veins have at most 32 octaves");
   }
@@ -505,7 +507,7 @@ void VeinTexture::evaluate_whole(const Points& points, BatchArray& out,
   BatchArray density;
   VeinView view(nullptr, density.data(), nullptr);
   look(points, std::span(&view, 1), evaluations);
-  fill_scaled(points.size, density.data(), static_cast<float>(scale_), out.data());
+  fill_scaled(points.size, density.data(), static_cast<float>(scale()), out.data());
 }
 
 void VeinTexture::see(const Points& points, std::span<const float* const> footprints,
@@ -522,43 +524,29 @@ void VeinTexture::see(const Points& points, std::span<const float* const> footpr
 
 void VeinTexture::expect(std::size_t size, const SeenNoise& seen, const float* coherence,
                          std::span<const double> deviations, std::span<BatchArray> out) const {
-  const auto scale = static_cast<float>(scale_);
+  const auto factor = static_cast<float>(scale());
   if (out.size() == 1) {
-    fill_scaled(size, seen.sum.data(), scale, out[0].data());
+    fill_scaled(size, seen.sum.data(), factor, out[0].data());
     return;
   }
   for (std::size_t k = 0; k < out.size(); ++k) {
-    deviate(size, seen.sum.data(), seen.coherent.data(), coherence, scale,
+    deviate(size, seen.sum.data(), seen.coherent.data(), coherence, factor,
             static_cast<float>(deviations[k]), out[k].data());
   }
 }
 
 void VeinTexture::normalise(std::span<const WeightedBatch> cloud,
                             const FractalNoise::Factor& factor) {
-  scale_ = 1;
-  const CloudMean all = mean_over(cloud, [&](std::size_t b, BatchArray& out) {
-    phi(cloud[b], out);
-    if (!factor) return;
-    BatchArray other;
-    factor(cloud[b].points(), other.data());
-    for (std::size_t i = 0; i < cloud[b].size; ++i) out[i] *= other[i];
-  });
-  if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
-    throw InputError("the veins are zero or infinite over the whole component");
-  }
-  scale_ = 1 / all.mean;
-  rms_ = std::sqrt(all.square_mean) / all.mean;
+  ScaledTexture::normalise(cloud, factor);
   take_frequency(cloud);
-}
-
-void VeinTexture::phi(const WeightedBatch& batch, BatchArray& out) const {
-  std::uint64_t evaluations = 0;
-  evaluate_whole(batch.points(), out, evaluations);
 }
 
 std::vector<BatchArray> VeinTexture::phi(std::span<const WeightedBatch> cloud) const {
   std::vector<BatchArray> values(cloud.size());
-  parallel_for(cloud.size(), [&](std::size_t b) { phi(cloud[b], values[b]); });
+  parallel_for(cloud.size(), [&](std::size_t b) {
+    std::uint64_t evaluations = 0;
+    evaluate_whole(cloud[b].points(), values[b], evaluations);
+  });
   return values;
 }
 
@@ -582,7 +570,7 @@ void VeinTexture::take_frequency(std::span<const WeightedBatch> cloud) {
       }
     }
   }
-  frequency_ = std::sqrt(gradients / weights / std::max(rms_ * rms_ - 1, 1e-6)) / (2 * pi);
+  frequency_ = std::sqrt(gradients / weights / std::max(rms() * rms() - 1, 1e-6)) / (2 * pi);
 }
 
 }  // namespace gamer

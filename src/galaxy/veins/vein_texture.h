@@ -7,9 +7,9 @@
 #include <span>
 #include <vector>
 
+#include "galaxy/scaled_texture.h"
 #include "galaxy/spiral_coordinates.h"
 #include "gamer/core/parameter.h"
-#include "gamer/galaxy/texture.h"
 #include "gamer/noise/noise.h"
 
 namespace gamer {
@@ -74,7 +74,7 @@ struct VeinParameters {
 /// the variance w^2/12 of the footprint and by the variance of the hidden displacement. Hidden
 /// factors of mean 1 count as 1. The coherent part of the hidden dust is a log-normal factor, whose
 /// mean by the rule of three deviations is 1.
-class VeinTexture : public Texture {
+class VeinTexture : public ScaledTexture {
  public:
   /// `thickness` is that of the layer, galaxy radii.
   VeinTexture(const VeinParameters& parameters, const SpiralCoordinates& coordinates,
@@ -84,16 +84,14 @@ class VeinTexture : public Texture {
   const VeinParameters& parameters() const { return parameters_; }
 
   void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
-  std::vector<double> statistics() const override { return {scale_, rms_, frequency_}; }
+  std::vector<double> statistics() const override { return {scale(), rms(), frequency_}; }
   void restore(std::span<const double> statistics) override {
-    scale_ = statistics[0];
-    rms_ = statistics[1];
+    ScaledTexture::restore(statistics);
     frequency_ = statistics[2];
   }
   bool hides(double footprint) const override;
   double frequency() const override { return frequency_; }
   double sharpness() const override { return std::sqrt(std::max(parameters_.clumpiness, 1.0)); }
-  double rms() const override { return rms_; }
   void see(const Points& points, std::span<const float* const> footprints, bool wants_coherent,
            std::span<SeenNoise> out, std::uint64_t& evaluations) const override;
   void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
@@ -114,8 +112,7 @@ class VeinTexture : public Texture {
                       std::uint64_t& evaluations) const override;
   struct Batch;
   struct Inputs;
-  /// Phi over a batch, and over a cloud.
-  void phi(const WeightedBatch& batch, BatchArray& out) const;
+  /// Phi over a cloud.
   std::vector<BatchArray> phi(std::span<const WeightedBatch> cloud) const;
   void take_frequency(std::span<const WeightedBatch> cloud);
   /// Fills the densities of views, and their hidden variance.
@@ -127,8 +124,6 @@ class VeinTexture : public Texture {
   SpiralCoordinates coordinates_;
   std::shared_ptr<const Inputs> inputs_;  ///< inputs of the kernels
   double finest_ = 1;                     ///< highest frequency of N, cycles per galaxy radius
-  double scale_ = 1;                      ///< 1/mean
-  double rms_ = 1;
   double frequency_ = 1;
 };
 

@@ -13,8 +13,6 @@
 #include <type_traits>
 #include <utility>
 
-#include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/image/fits/fits_stream.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/fits_file.h"
@@ -24,6 +22,7 @@
 #include "image/output_file.h"
 #include "image/pixel_sum.h"
 #include "image/temporary_file.h"
+#include "image/write_file.h"
 
 namespace gamer {
 namespace {
@@ -186,11 +185,7 @@ class FitsWriter final : public ImageWriter {
   }
 
   void finish() override {
-    const auto missing = std::ranges::find(written_, false);
-    if (missing != written_.end()) {
-      throw run_error("{}: row {} was never written", options_.path.string(),
-                      missing - written_.begin());
-    }
+    check_all_written(written_, options_.path, "row", 0);
     if (is_compressed(options_)) compress();
     for (auto& output : outputs_) {
       const int hdus = output->file.hdu_count();

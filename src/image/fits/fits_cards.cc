@@ -374,15 +374,18 @@ TextTable read_text_table(FitsFile& file) {
       }
     }
   }
+  read_table_cards(file, table.name, table.cards);
+  return table;
+}
 
+void read_table_cards(FitsFile& file, std::string& name, std::vector<Card>& cards) {
   for (Card& card : read_cards(file)) {
     if (card.key == "EXTNAME") {
-      if (const auto* name = std::get_if<std::string>(&card.value)) table.name = *name;
+      if (const auto* text = std::get_if<std::string>(&card.value)) name = *text;
     } else if (!is_common_card(card.key)) {
-      table.cards.push_back(std::move(card));
+      cards.push_back(std::move(card));
     }
   }
-  return table;
 }
 
 bool is_common_card(std::string_view key) {

@@ -50,7 +50,12 @@ void write_text_table(FitsFile& file, const TextTable& table, const std::vector<
 bool is_text_table(FitsFile& file);
 TextTable read_text_table(FitsFile& file);
 
-/// Whether the key is DATE, ORIGIN or CREATOR, which every HDU has and a TextTable has not.
+/// Reads the EXTNAME of the current HDU into `name`, and appends its other cards except common
+/// ones.
+void read_table_cards(FitsFile& file, std::string& name, std::vector<Card>& cards);
+
+/// Whether the key is DATE, ORIGIN or CREATOR. Every HDU has these cards; a TextTable leaves them
+/// out.
 bool is_common_card(std::string_view key);
 
 }  // namespace gamer

@@ -8,9 +8,9 @@
 
 namespace gamer {
 
-/// An open FITS file. Its call() runs one CFITSIO function on it and turns a bad status into an
-/// exception with CFITSIO's words. A file that is written gives RunError, and one that is read
-/// InputError.
+/// An open FITS file. call() runs one CFITSIO function on it and turns a bad status into an
+/// exception with CFITSIO's words: RunError for a file being written, InputError for one being
+/// read.
 class FitsFile {
  public:
   /// A new file; messages name it `label` (the final name, not the temporary one).
@@ -59,7 +59,7 @@ class FitsFile {
 
   fitsfile* handle() const { return handle_; }
   const std::string& label() const { return label_; }
-  /// Throws the exception of the file's kind: "label: message".
+  /// Throws RunError (a file being written) or InputError with the text "label: message".
   [[noreturn]] void fail(const std::string& message) const;
 
  private:

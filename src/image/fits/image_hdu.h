@@ -7,7 +7,7 @@
 
 namespace gamer {
 
-/// What the header of one image HDU says besides its ImageHeader.
+/// The part of an image's ImageHeader that one HDU shows, and the HDU's own cards.
 struct ImageHdu {
   std::vector<Card> names;          ///< EXTNAME, EXTVER
   std::vector<Card> common;         ///< common_cards()

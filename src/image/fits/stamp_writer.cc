@@ -6,12 +6,12 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "image/fits/fits_cards.h"
 #include "image/fits/image_hdu.h"
 #include "image/image_suffix.h"
 #include "image/pixel_sum.h"
 #include "image/temporary_file.h"
+#include "image/write_file.h"
 
 namespace gamer {
 namespace {
@@ -57,11 +57,7 @@ class FitsStampWriter final : public StampWriter {
   }
 
   void finish() override {
-    const auto missing = std::ranges::find(written_, false);
-    if (missing != written_.end()) {
-      throw run_error("{}: stamp {} was never written", options_.path.string(),
-                      missing - written_.begin() + 1);
-    }
+    check_all_written(written_, options_.path, "stamp", 1);
     const int hdus = file_.hdu_count();
     for (int hdu = static_cast<int>(sizes_.size()) + 2; hdu <= hdus; ++hdu) {
       file_.move_to(hdu);

@@ -14,9 +14,9 @@ struct Failure {
   std::string message;
 };
 
-/// The failure that an exception of this rank is.
+/// The failure that other ranks get for an exception of this rank.
 Failure describe(const std::exception_ptr& exception, int rank);
-/// The exception that a failure is on rank 0: InputError or RunError.
+/// The exception that rank 0 throws for a failure: InputError or RunError.
 std::exception_ptr make_exception(const Failure& failure);
 
 }  // namespace gamer::mpi

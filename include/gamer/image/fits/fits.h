@@ -37,7 +37,7 @@ namespace gamer {
 /// of more than 200 bytes continues in further table rows with LINE = 0. A newline at the end of a
 /// text is %0A at the end of its last line. Bytes are encoded as in header strings.
 ///
-/// *Data tables.* Each is a binary table after the text tables. Columns have type D (NaN where
+/// *Data tables.* Each is a binary table before the text tables. Columns have type D (NaN where
 /// there is no number), K or A. TUNITn has the unit and TCOMMn the description. Texts are encoded
 /// as in header strings.
 std::unique_ptr<ImageWriter> make_fits_writer(const OutputOptions& options,

@@ -25,12 +25,12 @@ struct FitsHdu {
   bool is_image() const { return planes > 0; }
 };
 
-/// An open FITS file: its HDUs, and its planes, which are not loaded. Copies share the file.
+/// An open FITS file with its HDUs. Planes are read on demand. Copies share the file.
 ///
-/// A name is a path, "-" for standard input (copied to a temporary file), or, unless a file is
-/// called so, an extended name. "a.fits[1]" or "a.fits[SCI]" is that HDU alone, with the table of
-/// its third axis; "a.fits[1][10:90,10:90]" is a section of it. Compressed files read as their
-/// contents.
+/// A name is a path, or "-" for standard input, which is copied to a temporary file. A name that no
+/// file has may also be an extended one. "a.fits[1]" or "a.fits[SCI]" is that HDU alone, with the
+/// table of its third axis; "a.fits[1][10:90,10:90]" is a section of it. Compressed files read as
+/// their contents.
 class FitsInput {
  public:
   /// Throws InputError for no such file, no FITS, truncation, or sizes that the file cannot hold.
