@@ -436,26 +436,20 @@ PictureTone PictureTone::of_numbers(const std::array<double, 8>& numbers) {
   return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]};
 }
 
-PictureWhite::PictureWhite(const PictureTone& tone, int planes,
-                           const std::vector<double>& wavelengths)
-    : weights_(channel_weights(planes, wavelengths)), slope_(tone.slope), scale_(tone.scale) {
-  for (std::size_t c = 0; c < weights_.size(); ++c) {
-    for (double& weight : weights_[c]) weight *= tone.factor[c];
+std::vector<double> picture_white(const PictureTone& tone, int planes,
+                                  const std::vector<double>& wavelengths) {
+  if (!(tone.slope > 0) || !(tone.scale > 0)) return {};
+  const double channel = std::sinh(1 / tone.scale) / tone.slope;
+  const auto weights = channel_weights(planes, wavelengths);
+  std::vector<double> white;
+  for (std::size_t p = 0; p < static_cast<std::size_t>(planes); ++p) {
+    std::size_t own = 0;
+    for (std::size_t c = 1; c < weights.size(); ++c) {
+      if (weights[c][p] > weights[own][p]) own = c;
+    }
+    white.push_back(channel / tone.factor[own]);
   }
-}
-
-double PictureWhite::times(std::span<const double> light) const {
-  if (!(slope_ > 0) || !(scale_ > 0)) return 0;
-  double sum = 0, largest = 0;
-  for (const std::vector<double>& weights : weights_) {
-    const double channel = std::inner_product(weights.begin(), weights.end(), light.begin(), 0.0);
-    sum += channel;
-    largest = std::max(largest, channel);
-  }
-  if (!(sum > 0)) return 0;
-  // A pixel is white where scale asinh(slope I) times the largest channel over I is 1.
-  const double intensity = sum / static_cast<double>(weights_.size());
-  return slope_ * intensity / std::sinh(intensity / (largest * scale_));
+  return white;
 }
 
 PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths) {

@@ -9,6 +9,7 @@
 
 #include "core/no_value.h"
 #include "gamer/core/cancellation.h"
+#include "gamer/image/picture.h"
 #include "gamer/scene/spectral_probes.h"
 #include "gamer/sed/photometry.h"
 #include "render/renderer_workspace.h"
@@ -70,6 +71,22 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
 double shortest_axis(const PlacedGalaxy& placed) {
   const auto& axis = placed.galaxy->axis();
   return placed.radius * *std::ranges::min_element(axis) / placed.source_stretch;
+}
+
+/// The brightness of each plane, in the image's unit, that discs of stars have at most; empty where
+/// all stars are points.
+std::vector<double> white_of_discs(const RenderParameters& parameters, PixelUnit unit,
+                                   const std::vector<double>& wavelengths) {
+  const StarSettings& stars = parameters.stars;
+  if (!parameters.draws_star_discs()) return {};
+  if (stars.white_point) {
+    const bool is_magnitude = unit == PixelUnit::magnitude;
+    return std::vector<double>(wavelengths.size(),
+                               is_magnitude ? nanojansky(*stars.white_point) : *stars.white_point);
+  }
+  if (!stars.tone || unit == PixelUnit::magnitude) return {};
+  return picture_white(PictureTone::of_numbers(*stars.tone), static_cast<int>(wavelengths.size()),
+                       wavelengths);
 }
 
 }  // namespace
@@ -136,24 +153,28 @@ Renderer::Renderer(const RenderParameters& parameters, const Accuracy& accuracy,
     unit_factors_.push_back(value_of_nanojansky(plane, scene_->unit, parameters));
     wavelengths.push_back(plane.wavelength);
   }
-  if (parameters.stars.tone && scene_->unit != PixelUnit::magnitude) {
-    white_.emplace(PictureTone::of_numbers(*parameters.stars.tone),
-                   static_cast<int>(wavelengths.size()), wavelengths);
-  }
+  white_ = white_of_discs(parameters, scene_->unit, wavelengths);
   for (const PlacedGalaxy& placed : scene_->galaxies) {
     const double shortest = shortest_axis(placed);
     pixel_in_ball_.push_back(camera_.pixel_size(placed.centre) / shortest);
     pixel_angle_in_ball_.push_back(camera_.pixel_size(camera_.origin() - camera_.back()) /
                                    shortest);
   }
+  star_reach_ = make_star_reach();
+  stars_.resize(star_reach_.classes.size());
   for (const PlacedStar& star : scene_->stars) {
-    (camera_.is_near_seam(star.pixel, star_reach()) ? seam_stars_ : stars_).push_back(&star);
+    const std::vector<double> times = times_white(star.pixel, star.flux, star.area_scale);
+    const std::size_t i = times.empty() ? 0 : star_reach_.of(*std::ranges::max_element(times));
+    const bool is_at_seam = camera_.is_near_seam(star.pixel, star_reach_.classes[i].margin);
+    (is_at_seam ? seam_stars_ : stars_[i]).push_back(&star);
   }
-  for (auto* stars : {&stars_, &seam_stars_}) {
-    std::ranges::stable_sort(*stars, [](const PlacedStar* a, const PlacedStar* b) {
+  const auto sort = [](std::vector<const PlacedStar*>& stars) {
+    std::ranges::stable_sort(stars, [](const PlacedStar* a, const PlacedStar* b) {
       return std::tie(a->pixel.y, a->pixel.x, a->flux) < std::tie(b->pixel.y, b->pixel.x, b->flux);
     });
-  }
+  };
+  for (auto& stars : stars_) sort(stars);
+  sort(seam_stars_);
 }
 
 std::vector<double> Renderer::spectral_nodes() const {

@@ -1,10 +1,9 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
+#include <span>
+#include <vector>
 
-#include "gamer/sed/photometry.h"
 #include "render/renderer_workspace.h"
 
 namespace gamer {
@@ -19,78 +18,206 @@ constexpr int star_tile = 64, wide_star_tile = 256;
 // Standard deviation of a spike across its length, pixels.
 constexpr double spike_width = 0.6;
 
-/// The light of a bright star in a picture, in three parts that are each known up to a factor: a
-/// disc, a halo (1 + (d/r)^2)^-2, and four spikes along rows and columns. Halo and spikes end at
-/// star_halo_radii disc radii. Lengths are in pixels.
-class StarProfile {
+double taper(double share) {
+  const double left = std::max(0.0, 1 - share * share);
+  return left * left;
+}
+
+/// The light of a core of radius 1 with a halo of some power p, in units of a white disc of this
+/// radius. Up to its end e it is the integral of 2 x/(1 + x^p) (1 - (x/e)^2)^2 from 0 to e. It is
+/// linear between entries of a table.
+class LightWithin {
  public:
-  static constexpr std::size_t parts = 3;
+  explicit LightWithin(double power) : power_(power) {
+    constexpr int nodes = 64;
+    for (int k = 0; k <= entries; ++k) {
+      const double end = most * k / entries;
+      double sum = 0;
+      for (int i = 0; i < nodes; ++i) {
+        const double share = (i + 0.5) / nodes;
+        sum += 2 * share / (1 + std::pow(share * end, power)) * taper(share) / nodes;
+      }
+      table_.push_back(end * end * sum);
+    }
+  }
 
-  /// A plain star is a disc alone.
-  StarProfile(double radius, bool is_plain)
-      : radius_(radius),
-        outer_radius_(star_halo_radii * std::max(radius, 1.0)),
-        is_plain_(is_plain) {}
-
-  /// Largest distance with light, but for the disc's edge.
-  double reach() const { return is_plain_ ? radius_ : outer_radius_; }
-
-  /// The parts at (dx, dy) from the star.
-  std::array<double, parts> at(double dx, double dy) const {
-    const double distance = std::hypot(dx, dy);
-    // The disc has an edge of one pixel.
-    const double disc = std::clamp(radius_ + 0.5 - distance, 0.0, 1.0);
-    if (is_plain_) return {disc, 0.0, 0.0};
-    return {disc, std::max(0.0, halo(distance) - halo(outer_radius_)),
-            spike(dx, dy) + spike(dy, dx)};
+  double power() const { return power_; }
+  /// The light that ends at `end` radii; at `most` and beyond that at `most`.
+  double operator()(double end) const {
+    const double place = std::min(end / most, 1.0) * entries;
+    const int k = std::min(static_cast<int>(place), entries - 1);
+    const auto entry = [&](int i) { return table_[static_cast<std::size_t>(i)]; };
+    return entry(k) + (place - k) * (entry(k + 1) - entry(k));
   }
 
  private:
-  double halo(double distance) const {
-    const double q = star_halo_radii * distance / outer_radius_;
-    return 1 / ((1 + q * q) * (1 + q * q));
+  static constexpr int entries = 2048;
+  static constexpr double most = 128;
+
+  double power_;
+  std::vector<double> table_;
+};
+
+/// The table of a power, which the thread keeps.
+const LightWithin& light_within(double power) {
+  thread_local LightWithin table(power);
+  if (table.power() != power) table = LightWithin(power);
+  return table;
+}
+
+/// The light of a bright star in a picture, as an exposure shows it: a saturated white core in a
+/// halo of the star's colour. Lengths are in pixels, d is the distance from the star.
+///
+/// The light of plane k, in units of white, is 1/(1 + (d/r_k)^p) (1 - (d/e)^2)^2 with p = 2/halo.
+/// It ends at e, star_halo_radii times the largest r_k. That is the aureole d^-p of a point with a
+/// response that saturates at white. The radius r_k follows from the plane's light, so that all
+/// planes are white in the middle, and a red star becomes red outwards. Without a halo it is a
+/// disc. Four spikes along rows and columns leave the core and end with the halo. Near the white
+/// point part of the light is a point, so that stars do not jump as they brighten.
+class StarProfile {
+ public:
+  /// `times` is the light of each plane, in units of one pixel of white; the largest exceeds 1.
+  StarProfile(std::span<const double> times, const StarSettings& settings)
+      : power_(2 / settings.halo),
+        has_halo_(settings.halo > 0),
+        is_antialiased_(settings.antialiased) {
+    const double largest = *std::ranges::max_element(times);
+    point_share_ = 1 / (largest * largest);
+    spike_share_ = (1 - point_share_) * settings.spikes;
+    const double rest = 1 - point_share_ - spike_share_;
+    const auto light_to = [&](double end) { return has_halo_ ? light_within(power_)(end) : 1; };
+    const double radius =
+        std::sqrt(rest * largest / (std::numbers::pi * light_to(star_halo_radii)));
+    radius_ = std::clamp(radius, least_radius, settings.largest_radius);
+    // Where cores would become too large, all planes become brighter by one factor instead.
+    const double level = std::max(1.0, radius / radius_ * (radius / radius_));
+    end_ = has_halo_ || spike_share_ > 0 ? star_halo_radii * radius_ : radius_ + 0.5;
+    for (const double light : times) {
+      const double area = rest * light / level / std::numbers::pi;
+      double own = radius_;
+      // The share of light before the end depends on the radius; the steps converge.
+      constexpr int steps = 8;
+      for (int i = 0; i < steps; ++i) own = std::sqrt(area / light_to(end_ / own));
+      radii_.push_back(std::max(own, least_radius));
+    }
+  }
+
+  /// The distance along rows and columns within which all light is.
+  double reach() const { return std::max(end_, 1.0); }
+
+  /// The parts at a place, each up to a factor: the point, the spikes, and the core of each plane.
+  void at(double dx, double dy, std::span<double> parts) const {
+    if (std::max(std::abs(dx), std::abs(dy)) >= reach()) {
+      std::ranges::fill(parts, 0.0);
+      return;
+    }
+    const double distance = std::hypot(dx, dy);
+    parts[0] = point(dx) * point(dy);
+    parts[1] = 0;
+    if (spike_share_ > 0) {
+      const double outside = has_halo_ ? 1 - response(distance / radius_) : 1;
+      parts[1] = outside * (spike(dx, dy) + spike(dy, dx));
+    }
+    const double end = taper(distance / end_);
+    for (std::size_t p = 0; p < radii_.size(); ++p) {
+      // A disc has an edge of one pixel.
+      if (has_halo_) {
+        parts[2 + p] = end > 0 ? end * response(distance / radii_[p]) : 0;
+      } else {
+        parts[2 + p] = std::clamp(radii_[p] + 0.5 - distance, 0.0, 1.0);
+      }
+    }
+  }
+
+  /// The share of plane p's light for parts and their sums over all pixels.
+  double share(std::size_t p, std::span<const double> parts, std::span<const double> sums) const {
+    const auto part = [&](double share, std::size_t k) {
+      return parts[k] > 0 ? share * parts[k] / sums[k] : 0;
+    };
+    return part(point_share_, 0) + part(spike_share_, 1) +
+           part(1 - point_share_ - spike_share_, 2 + p);
+  }
+
+ private:
+  /// About the radius of a disc of one pixel, which always has the middle of a pixel near.
+  static constexpr double least_radius = 0.5;
+
+  double response(double q) const { return 1 / (1 + std::pow(q, power_)); }
+  double point(double offset) const {
+    return is_antialiased_ ? std::max(0.0, 1 - std::abs(offset)) : std::abs(offset) <= 0.5;
   }
   double spike(double along, double across) const {
-    const double left = std::max(0.0, 1 - std::abs(along) / outer_radius_);
+    const double left = std::max(0.0, 1 - std::abs(along) / end_);
     const double q = across / spike_width;
     return left * left * std::exp(-0.5 * q * q);
   }
 
-  double radius_, outer_radius_;
-  bool is_plain_;
+  double power_;
+  bool has_halo_, is_antialiased_;
+  double point_share_, spike_share_;
+  double radius_, end_;        ///< of the brightest plane
+  std::vector<double> radii_;  ///< [plane]
 };
+
+/// A lower bound of the areas of pixels within `margin` pixels of a tile, also beyond seams; 0
+/// where none is known.
+double least_area(const Camera& camera, const StarPainter::Tile& tile, double margin) {
+  const double more = std::ceil(margin) + 1;
+  const double left = tile.left - more, right = tile.right + more;
+  const double bottom = tile.bottom - more, top = tile.top + more;
+  const double last = camera.height() - 1;
+  switch (camera.projection()) {
+    case Projection::orthographic:
+    case Projection::healpix: return camera.solid_angle(0, 0);
+    case Projection::perspective:
+      return std::min({camera.solid_angle(left, bottom), camera.solid_angle(left, top),
+                       camera.solid_angle(right, bottom), camera.solid_angle(right, top)});
+    case Projection::equirectangular:
+      return std::min(camera.solid_angle(0, std::clamp(bottom, 0.0, last)),
+                      camera.solid_angle(0, std::clamp(top, 0.0, last)));
+    case Projection::cubemap:
+      // The pixel at a cube's corner is the least.
+      return camera.solid_angle(0, 0);
+    case Projection::fisheye: {
+      // Areas fall with the angle. Up to about 220 degrees pixels differ little across the rim.
+      const double middle = 0.5 * last;
+      const double rim = camera.solid_angle(0, middle);
+      return rim > 0.5 * camera.solid_angle(0.5 * (camera.width() - 1), middle) ? 0.5 * rim : 0;
+    }
+    case Projection::sky: return 0;
+  }
+  return 0;
+}
 
 }  // namespace
 
-double Renderer::times_white(const glm::dvec2& pixel, std::span<const double> flux,
-                             double area_scale) const {
-  if (!draws_discs_ || (!star_settings_.white_point && !white_)) return 0;
+std::vector<double> Renderer::times_white(const glm::dvec2& pixel, std::span<const double> flux,
+                                          double area_scale) const {
+  if (white_.empty()) return {};
   const glm::ivec2 own_pixel = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
                                                  static_cast<int>(std::round(pixel.y)));
   const double area = camera_.solid_angle(own_pixel.x, own_pixel.y);
-  if (!(area > 0)) return 0;
-  std::vector<double> values;
+  if (!(area > 0)) return {};
+  std::vector<double> times;
   for (std::size_t p = 0; p < flux.size(); ++p) {
     const double brightness = flux[p] * area_scale / area * unit_factors_[p];
-    values.push_back(counts_flux(scene_->unit) ? brightness * area : brightness);
+    times.push_back((counts_flux(scene_->unit) ? brightness * area : brightness) / white_[p]);
   }
-  if (!star_settings_.white_point) return white_->times(values);
-  const double white_point = scene_->unit == PixelUnit::magnitude
-                                 ? nanojansky(*star_settings_.white_point)
-                                 : *star_settings_.white_point;
-  return std::max(0.0, *std::ranges::max_element(values)) / white_point;
+  return times;
 }
 
 void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
-                         const std::function<void(int x, int y, double share)>& take) const {
-  if (const double times = times_white(pixel, flux, area_scale); times > 1) {
+                         const TakeShares& take) const {
+  const std::vector<double> times = times_white(pixel, flux, area_scale);
+  if (std::ranges::any_of(times, [](double plane) { return plane > 1; })) {
     share_disc(pixel, times, take);
     return;
   }
+  std::vector<double> shares(flux.size(), 1.0);
   if (!star_settings_.antialiased) {
     const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
                                                static_cast<int>(std::round(pixel.y)));
-    take(place.x, place.y, 1);
+    take(place.x, place.y, shares);
     return;
   }
   // The four nearest pixels share a point's light, so that its centroid is exact.
@@ -101,53 +228,72 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
       const double share = share_y * (1 - std::abs(pixel.x - x));
       if (!(share > 0)) continue;
       const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(x), static_cast<int>(y));
-      take(place.x, place.y, share);
+      std::ranges::fill(shares, share);
+      take(place.x, place.y, shares);
     }
   }
 }
 
-void Renderer::share_disc(const glm::dvec2& pixel, double pixels,
-                          const std::function<void(int x, int y, double share)>& take) const {
+void Renderer::share_disc(const glm::dvec2& pixel, std::span<const double> times,
+                          const TakeShares& take) const {
   const double x = std::round(pixel.x), y = std::round(pixel.y);
-  // A disc of one pixel has neither halo nor spikes, so that stars do not jump as they brighten.
-  const double growth = 1 - 1 / pixels;
-  const double halo = growth * star_settings_.halo, spikes = growth * star_settings_.spikes;
-  const std::array<double, StarProfile::parts> shares = {1 - halo - spikes, halo, spikes};
-  const StarProfile profile(
-      std::min(std::sqrt(shares[0] * pixels / std::numbers::pi), star_settings_.largest_radius),
-      !(halo + spikes > 0));
+  const StarProfile profile(times, star_settings_);
   const double reach = std::ceil(profile.reach()) + 1;
-  std::array<double, StarProfile::parts> sums{};
-  for (const bool is_second : {false, true}) {
-    for (double j = y - reach; j <= y + reach; ++j) {
-      for (double i = x - reach; i <= x + reach; ++i) {
-        const auto value = profile.at(i - pixel.x, j - pixel.y);
-        double share = 0;
-        for (std::size_t k = 0; k < value.size(); ++k) {
-          if (!is_second) {
-            sums[k] += value[k];
-          } else if (value[k] > 0) {
-            share += shares[k] * value[k] / sums[k];
-          }
-        }
-        if (!(share > 0)) continue;
-        const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
-        take(place.x, place.y, share);
-      }
+  const std::size_t count = times.size() + 2;
+  std::vector<double> sums(count), shares(times.size()), window;
+  const auto side = static_cast<std::size_t>(2 * reach + 1);
+  window.resize(side * side * count);
+  double* next = window.data();
+  for (double j = y - reach; j <= y + reach; ++j) {
+    for (double i = x - reach; i <= x + reach; ++i, next += count) {
+      profile.at(i - pixel.x, j - pixel.y, {next, count});
+      for (std::size_t k = 0; k < count; ++k) sums[k] += next[k];
     }
   }
+  next = window.data();
+  for (double j = y - reach; j <= y + reach; ++j) {
+    for (double i = x - reach; i <= x + reach; ++i, next += count) {
+      for (std::size_t p = 0; p < shares.size(); ++p) {
+        shares[p] = profile.share(p, {next, count}, sums);
+      }
+      if (std::ranges::none_of(shares, [](double share) { return share > 0; })) continue;
+      const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
+      take(place.x, place.y, shares);
+    }
+  }
+}
+
+StarPainter::Reach Renderer::make_star_reach() const {
+  StarPainter::Reach reach{{{1, 1}}, {}, !counts_flux(scene_->unit)};
+  if (white_.empty()) return reach;
+  constexpr double growth = 4, slack = 1 + 1e-9;  // beyond rounding
+  for (std::size_t p = 0; p < white_.size(); ++p) {
+    reach.light_of_flux.push_back(slack * unit_factors_[p] / white_[p]);
+  }
+  const double widest = star_settings_.reach();
+  for (double light = growth;; light *= growth) {
+    const double margin = slack * StarProfile(std::span(&light, 1), star_settings_).reach();
+    // Margins grow up to that of the largest core.
+    if (margin >= widest - 1) break;
+    reach.classes.push_back({light, margin});
+  }
+  reach.classes.push_back({HUGE_VAL, widest});
+  return reach;
 }
 
 bool Renderer::add_stars(RowRange rows, LightSums& sums) const {
-  const double reach = star_reach();
   bool any = !seam_stars_.empty();
-  const auto begin = std::partition_point(
-      stars_.begin(), stars_.end(),
-      [&](const PlacedStar* star) { return star->pixel.y <= rows.first - reach; });
-  for (auto placed = begin; placed != stars_.end() && (*placed)->pixel.y < rows.last - 1 + reach;
-       ++placed) {
-    any = true;
-    add_star(**placed, rows, sums);
+  for (std::size_t i = 0; i < stars_.size(); ++i) {
+    const double reach = star_reach_.classes[i].margin;
+    const std::vector<const PlacedStar*>& stars = stars_[i];
+    const auto begin = std::partition_point(
+        stars.begin(), stars.end(),
+        [&](const PlacedStar* star) { return star->pixel.y <= rows.first - reach; });
+    for (auto placed = begin; placed != stars.end() && (*placed)->pixel.y < rows.last - 1 + reach;
+         ++placed) {
+      any = true;
+      add_star(**placed, rows, sums);
+    }
   }
   for (const PlacedStar* star : seam_stars_) add_star(*star, rows, sums);
   return any;
@@ -156,14 +302,17 @@ bool Renderer::add_stars(RowRange rows, LightSums& sums) const {
 void Renderer::add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const {
   std::vector<double> light(layout_.spectral());
   const ImageRegion& window = camera_.window();
-  share_out(star.pixel, star.flux, star.area_scale, [&](int x, int y, double share) {
-    if (y < rows.first || y >= rows.last || x < window.left || x >= window.right()) return;
-    const double area = camera_.solid_angle(x, y) / star.area_scale;
-    if (!(area > 0)) return;
-    for (std::size_t p = 0; p < light.size(); ++p) light[p] = share * star.flux[p] / area;
-    sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(column_of(x)),
-             {star.object, 0}, light, light);
-  });
+  share_out(star.pixel, star.flux, star.area_scale,
+            [&](int x, int y, std::span<const double> shares) {
+              if (y < rows.first || y >= rows.last || x < window.left || x >= window.right())
+                return;
+              const double area = camera_.solid_angle(x, y) / star.area_scale;
+              if (!(area > 0)) return;
+              for (std::size_t p = 0; p < light.size(); ++p)
+                light[p] = shares[p] * star.flux[p] / area;
+              sums.add(static_cast<std::size_t>(y - rows.first),
+                       static_cast<std::size_t>(column_of(x)), {star.object, 0}, light, light);
+            });
 }
 
 void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const {
@@ -174,19 +323,21 @@ void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& cou
   const auto paint = [&](const StarPainter::Tile& tile) {
     const auto take = [&](const StarPainter::Seen& star) {
       const std::size_t object = scene_->galaxies[static_cast<std::size_t>(star.galaxy)].object;
-      share_out(star.pixel, star.flux, 1, [&](int x, int y, double share) {
+      share_out(star.pixel, star.flux, 1, [&](int x, int y, std::span<const double> shares) {
         if (x < tile.left || x >= tile.right || y < tile.bottom || y >= tile.top) return;
         const double area = camera_.solid_angle(x, y);
         if (!(area > 0)) return;
         for (std::size_t p = 0; p < seen.size(); ++p) {
-          seen[p] = share * star.flux[p] / area;
-          if (layout_.dust_free()) dust_free[p] = share * star.dust_free[p] / area;
+          seen[p] = shares[p] * star.flux[p] / area;
+          if (layout_.dust_free()) dust_free[p] = shares[p] * star.dust_free[p] / area;
         }
         sums.add(static_cast<std::size_t>(y - rows.first), static_cast<std::size_t>(column_of(x)),
                  {object, star.emitter}, seen, dust_free);
       });
     };
-    painter_.paint(tile, star_reach(), take, counts);
+    StarPainter::Reach reach = star_reach_;
+    reach.least_area = least_area(camera_, tile, reach.classes.back().margin);
+    painter_.paint(tile, reach, take, counts);
   };
   for (int bottom = rows.first; bottom < rows.last; bottom += step) {
     for (int left = window.left; left < window.right(); left += step) {

@@ -46,19 +46,21 @@ ParameterSection StarSettings::section() {
                           "share a star's light among the four nearest pixels, so that its "
                           "centroid is exact; false puts it into one pixel"),
        Parameter::boolean("discs", std::nullopt,
-                          "draw stars whose pixel would be brighter than the white point as discs "
-                          "of that brightness; by default true for pictures (.png, .bmp) and with "
-                          "white_point"),
+                          "draw stars whose pixel would be brighter than the white point as white "
+                          "discs of that brightness, in a halo of their colour; by default true "
+                          "for pictures (.png, .bmp) and with white_point"),
        Parameter::number("white_point", "", Interval::positive(), std::nullopt,
                          "brightness of the discs in the image's unit; by default the white of the "
                          "picture that the image makes"),
        Parameter::number(
            "largest_radius", "pixels", Interval::closed(1, largest_star_radius), 8.0,
            "largest radius of these discs; stars that need larger discs become brighter ones"),
-       Parameter::number("halo", "", Interval::right_open(0, 1), 0.0,
-                         "share of a large disc's light in a halo around it"),
+       Parameter::number(
+           "halo", "", Interval::right_open(0, 1), 0.6,
+           "about the share of a bright star's light beyond the radius of its white "
+           "core; the halo falls with the distance d as d^(-2/halo), and 0 is a disc"),
        Parameter::number("spikes", "", Interval::right_open(0, 1), 0.0,
-                         "share of a large disc's light in four diffraction spikes"),
+                         "share of a bright star's light in four diffraction spikes"),
        Parameter::boolean("table", false,
                           "add table STARS to a FITS image: places, magnitudes, distances and "
                           "optical depths of the stars of star fields that it draws")},
@@ -86,12 +88,6 @@ StarSettings StarSettings::read(const ParameterSet& values) {
   result.largest_radius = values.number("largest_radius");
   result.halo = values.number("halo");
   result.spikes = values.number("spikes");
-  if (!(result.halo + result.spikes < 1)) {
-    throw input_error(place_of(values, {"spikes", "halo"}),
-                      "stars.halo = {} and stars.spikes = {} leave no light for the disc; their "
-                      "sum must be below 1",
-                      result.halo, result.spikes);
-  }
   result.table = values.boolean("table");
   return result;
 }

@@ -79,24 +79,29 @@ TEST(LuptonStretch, BrightKeepsHue) {
   EXPECT_EQ(lupton_stretch({0, 0, 0}, 16, 1), (Colour{0, 0, 0}));
 }
 
-TEST(PictureWhite, IsWhereTheLargestChannelIsOne) {
+TEST(PictureWhite, IsWhiteAtFullBrightness) {
   const PictureTone tone = {{1, 2, 3}, {0.5, 2, 1.5}, 3, 0.125};
-  const std::vector<double> wavelengths = {4400, 5500, 8000};
-  const PictureWhite white(tone, 3, wavelengths);
-  for (const std::vector<double>& light :
-       {std::vector<double>{1, 1, 1}, {5, 0.1, 0}, {0, 0.2, 90}, {1e-9, 3e-9, 0}}) {
-    const double times = white.times(light);
-    // Channels are red first; F(I) c/I = 1 for the largest channel c.
-    const double red = 0.5 * light[2] / times, green = 2 * light[1] / times;
-    const double blue = 1.5 * light[0] / times, intensity = (red + green + blue) / 3;
-    EXPECT_NEAR(0.125 * std::asinh(3 * intensity) / intensity * std::max({red, green, blue}), 1,
-                1e-12);
+  const std::vector<double> wavelengths = {4400, 5500, 8000, 4000, 6500, 9000};
+  for (const int planes : {3, 6}) {
+    const std::vector<double> own(wavelengths.begin(), wavelengths.begin() + planes);
+    const std::vector<double> white = picture_white(tone, planes, own);
+    Colour colour{};
+    for (std::size_t p = 0; p < own.size(); ++p) {
+      // The longest third is red, the shortest blue.
+      const auto redder = std::ranges::count_if(own, [&](double w) { return w > own[p]; });
+      const auto c = static_cast<std::size_t>(3 * redder / planes);
+      colour[c] += white[p] * tone.factor[c] * 3 / planes;
+    }
+    for (const double channel : lupton_stretch(colour, tone.slope, tone.scale)) {
+      EXPECT_NEAR(channel, 1, 1e-12) << planes;
+    }
   }
-  EXPECT_EQ(white.times(std::vector<double>{0, 0, 0}), 0);
-  EXPECT_EQ(PictureWhite(PictureTone{}, 1, {}).times(std::vector<double>{1}), 0);
+  // Two planes: red and blue are exact.
+  const std::vector<double> of_two = picture_white(tone, 2, {4400, 8000});
+  EXPECT_NEAR(of_two[0] * 1.5 / (of_two[1] * 0.5), 1, 1e-12);
+  EXPECT_TRUE(picture_white(PictureTone{}, 1, {}).empty());
   // Grey: one plane.
-  EXPECT_NEAR(PictureWhite({{}, {1, 1, 1}, 2, 0.25}, 1, {}).times(std::vector<double>{7}),
-              7 / (std::sinh(4) / 2), 1e-12);
+  EXPECT_NEAR(picture_white({{}, {1, 1, 1}, 2, 0.25}, 1, {})[0], std::sinh(4) / 2, 1e-12);
 }
 
 // ---- Channels ----------------------------------------------------------------------------------

@@ -437,18 +437,19 @@ TEST(StarPainter, PartsAddUp) {
 }
 
 /// A star of magnitude 20 at this place.
-Image bright_star(const std::string& stars, const std::string& place) {
+Image bright_star(const std::string& stars, const std::string& place,
+                  const std::string& wavelengths = "6200", const std::string& sed = "flat_fnu") {
   const RenderParameters parameters = RenderParameters::read(parse_toml(
       "[image]\nsize = 64\n[camera]\nprojection = \"sky\"\npixel_scale = 0.2\n[spectrum]\n"
-      "wavelengths = [6200]\n" +
-          stars,
+      "wavelengths = [" +
+          wavelengths + "]\n" + stars,
       "render.par"));
   const Camera camera(parameters);
   Resources resources({std::filesystem::path(GAMER_TEST_SOURCE_DIR)});
   const Spectrum spectrum = load_spectrum(parameters, resources);
-  const auto scene =
-      std::make_shared<Scene>(read_scene("galaxy px py apparent_magnitude\nstar " + place + " 20\n",
-                                         "scene.lst", parameters, spectrum, camera, resources));
+  const auto scene = std::make_shared<Scene>(
+      read_scene("galaxy px py apparent_magnitude sed\nstar " + place + " 20 " + sed + "\n",
+                 "scene.lst", parameters, spectrum, camera, resources));
   const Renderer renderer(parameters, camera, scene, spectrum);
   ThreadExecutor executor(1);
   return render_image(renderer, executor);
@@ -479,34 +480,52 @@ TEST(StarPainter, BrightStarsGrow) {
   EXPECT_NEAR(disc[3] / 500, 1, 0.15);
 }
 
-// The disc's part of the light stays white. Halo and spikes have the other light, and their
-// profiles are closed forms.
+constexpr double star_white = 500;
+
+/// The light of 1/(1 + q^p) at q radii, which ends at 6.
+double core_light(double p, double q) { return std::pow(1 - q * q / 36, 2) / (1 + std::pow(q, p)); }
+
+/// The light within q radii, in units of pi radii^2.
+double core_sum(double p, double q) {
+  constexpr int steps = 20000;
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) {
+    const double x = (i + 0.5) * q / steps;
+    sum += 2 * x * core_light(p, x) * q / steps;
+  }
+  return sum;
+}
+
+// Core and spikes follow their closed forms, and the flux stays.
 TEST(StarPainter, BrightStarsHaveHaloAndSpikes) {
   constexpr int x = 31, y = 32;
   const auto image_of = [](const std::string& more) {
     return bright_star("[stars]\nwhite_point = 500\n" + more, "32 33");
   };
-  const double flux = sum_of(image_of(""), 0), times = flux / 500, growth = 1 - 1 / times;
-  const auto radius = [&](double share) {
-    return std::sqrt((1 - share * growth) * times / std::numbers::pi);
-  };
-  const Image halo = image_of("halo = 0.4\n");
-  EXPECT_NEAR(sum_of(halo, 0) / flux, 1, 1e-9);
-  const double own = radius(0.4), least = 1 / std::pow(1 + 36.0, 2);
-  const auto beyond = [&](double q) {
-    const auto integral = [&](double r) { return -0.5 / (1 + r * r) - 0.5 * least * r * r; };
-    return (integral(6) - integral(q)) / (integral(6) - integral(0));
-  };
-  double far_light = 0;
-  for (int j = 0; j < 64; ++j) {
-    for (int i = 0; i < 64; ++i) {
-      if (std::hypot(i - x, j - y) > 2 * own) far_light += halo.at(i, j, 0);
+  const double flux = sum_of(image_of(""), 0), times = flux / star_white;
+  const double rest = 1 - 1 / (times * times);
+  for (const double halo : {0.4, 0.6, 0.9}) {
+    const Image star = image_of(fmt::format("halo = {}\n", halo));
+    EXPECT_NEAR(sum_of(star, 0) / flux, 1, 1e-12);
+    const double p = 2 / halo, light = core_sum(p, 6);
+    const double radius = std::sqrt(rest * times / (std::numbers::pi * light));
+    double far_light = 0;
+    for (int j = 0; j < 64; ++j) {
+      for (int i = 0; i < 64; ++i) {
+        if (std::hypot(i - x, j - y) > 3 * radius) far_light += star.at(i, j, 0);
+      }
+    }
+    EXPECT_NEAR(far_light / flux / (1 - core_sum(p, 3) / light), 1, 0.04) << halo;
+    for (const int far : {0, 2, 3, 5}) {
+      const double expected = core_light(p, far / radius);
+      EXPECT_NEAR((star.at(x + far, y, 0) / star_white - (far == 0 ? 1 / times : 0)) / expected, 1,
+                  1.2e-3)
+          << halo << ' ' << far;
     }
   }
-  EXPECT_NEAR(far_light / flux / (0.4 * growth * beyond(2)), 1, 0.016);
-  const Image spikes = image_of("spikes = 0.3\n");
-  EXPECT_NEAR(sum_of(spikes, 0) / flux, 1, 1e-9);
-  const double length = 6 * radius(0.3);
+  const Image spikes = image_of("halo = 0\nspikes = 0.3\n");
+  EXPECT_NEAR(sum_of(spikes, 0) / flux, 1, 1e-12);
+  const double length = 6 * std::sqrt((1 - 1 / (times * times)) * 0.7 * times / std::numbers::pi);
   for (const int far : {14, 18}) {
     const double expected = std::pow((1 - far / length) / (1 - 10 / length), 2);
     const std::array<std::pair<int, int>, 4> ways = {{{1, 0}, {-1, 0}, {0, 1}, {0, -1}}};
@@ -516,6 +535,31 @@ TEST(StarPainter, BrightStarsHaveHaloAndSpikes) {
     }
   }
   EXPECT_LT(spikes.at(x + 10, y + 10, 0), 1e-20 * flux);
+}
+
+// A red star is white in the middle and becomes redder outwards. Every plane keeps its flux, and
+// follows the closed form of its own radius.
+TEST(StarPainter, BrightStarsHaveWhiteCores) {
+  const auto image_of = [](const std::string& more) {
+    return bright_star(more, "32 33", "4400, 5500, 7000", "blackbody(3500K)");
+  };
+  const Image point = image_of("[stars]\ndiscs = false\n");
+  std::array<double, 3> flux{};
+  for (int p = 0; p < 3; ++p) flux[static_cast<std::size_t>(p)] = sum_of(point, p);
+  EXPECT_GT(flux[2] / flux[0], 3);
+  for (const char* radius : {"8", "2"}) {
+    const Image star =
+        image_of(std::string("[stars]\nwhite_point = 500\nlargest_radius = ") + radius + "\n");
+    for (int p = 0; p < 3; ++p) {
+      EXPECT_NEAR(sum_of(star, p) / flux[static_cast<std::size_t>(p)], 1, 1e-12);
+    }
+    const auto redness = [&](int far) {
+      return star.at(31 + far, 32, 2) / star.at(31 + far, 32, 0);
+    };
+    EXPECT_NEAR(redness(0), 1, 0.05) << radius;
+    for (int far = 1; far < 10; ++far) EXPECT_GT(redness(far), redness(far - 1)) << far;
+    EXPECT_GT(redness(9), flux[2] / flux[0]);
+  }
 }
 
 }  // namespace

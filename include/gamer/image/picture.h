@@ -77,20 +77,12 @@ struct PictureTone {
   static PictureTone of_numbers(const std::array<double, 8>& numbers);
 };
 
-/// The light that a picture shows at full brightness: its largest channel is 1.
-class PictureWhite {
- public:
-  /// The picture of an image with so many planes; see picture_channels().
-  PictureWhite(const PictureTone& tone, int planes, const std::vector<double>& wavelengths);
-
-  /// The ratio of `light` to light of equal colour at full brightness; 0 if the picture has no
-  /// light. `light` has a value for each plane, without the sky.
-  double times(std::span<const double> light) const;
-
- private:
-  std::vector<std::vector<double>> weights_;  ///< [channel][plane], factors included
-  double slope_, scale_;
-};
+/// The light of each plane that together is white at full brightness in a picture: all channels are
+/// 1, and planes of a channel are equal. Empty where the picture has no light. With two planes
+/// green is their mean and nearly 1. The sky is not included. See picture_channels() for
+/// `wavelengths`.
+std::vector<double> picture_white(const PictureTone& tone, int planes,
+                                  const std::vector<double>& wavelengths);
 
 /// Chooses slope and scale, and black and factor where they are not given. There are one or three
 /// `channels` with finite pixels, which are read once. A grey picture's three values are equal.

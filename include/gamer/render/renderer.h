@@ -8,7 +8,6 @@
 
 #include "gamer/galaxy/galaxy.h"
 #include "gamer/image/image.h"
-#include "gamer/image/picture.h"
 #include "gamer/parallel/executor.h"
 #include "gamer/render/galaxy_index.h"
 #include "gamer/render/galaxy_layers.h"
@@ -167,19 +166,22 @@ class Renderer {
   /// Adds the scene's own stars to rows of the whole image, and returns whether there were any.
   bool add_stars(RowRange rows, LightSums& sums) const;
   void add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const;
-  /// How many times a star's pixel exceeds the white point; 0 where all stars are points.
-  double times_white(const glm::dvec2& pixel, std::span<const double> flux,
-                     double area_scale) const;
-  /// Calls take(x, y, share) for the pixels that share the light of a star. `flux` is its light in
-  /// each plane, in units of brightness times the pixel's area.
+  /// The light of a star in each plane, in units of white in its pixel; empty where all stars are
+  /// points.
+  std::vector<double> times_white(const glm::dvec2& pixel, std::span<const double> flux,
+                                  double area_scale) const;
+  /// Takes the share of each plane's light that the pixel (x, y) gets.
+  using TakeShares = std::function<void(int x, int y, std::span<const double> shares)>;
+  /// Calls take() for the pixels that share the light of a star. `flux` is its light in each plane,
+  /// in units of brightness times the pixel's area.
   void share_out(const glm::dvec2& pixel, std::span<const double> flux, double area_scale,
-                 const std::function<void(int x, int y, double share)>& take) const;
-  /// Calls take() as share_out() does, for a disc with an area of `pixels` pixels.
-  void share_disc(const glm::dvec2& pixel, double pixels,
-                  const std::function<void(int x, int y, double share)>& take) const;
+                 const TakeShares& take) const;
+  /// Calls take() as share_out() does, for a disc of a star with times_white() `times`.
+  void share_disc(const glm::dvec2& pixel, std::span<const double> times,
+                  const TakeShares& take) const;
   void add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const;
-  /// Largest distance, in pixels, at which a star adds light to a pixel.
-  double star_reach() const { return draws_discs_ ? star_settings_.reach() : 1; }
+  /// The reach of stars, but for the least area; see `star_reach_`.
+  StarPainter::Reach make_star_reach() const;
   /// Solid angles of a row's pixels, where there is light and the unit needs them; elsewhere 1.
   std::vector<double> areas_of(int y, std::size_t row, LightSums& sums) const;
   /// Converts the sums of a row of the image to pixel values.
@@ -201,11 +203,13 @@ class Renderer {
   /// [galaxy] a pixel's width in the ball per scene unit of distance, for a camera inside the
   /// galaxy.
   std::vector<double> pixel_angle_in_ball_;
-  std::vector<double> unit_factors_;   ///< [spectral plane]
-  bool draws_discs_;                   ///< of bright stars
-  std::optional<PictureWhite> white_;  ///< of the image's picture
+  std::vector<double> unit_factors_;  ///< [spectral plane]
+  bool draws_discs_;                  ///< of bright stars
+  std::vector<double> white_;  ///< [spectral plane] brightness of discs; empty where there are none
   StarSettings star_settings_;
-  std::vector<const PlacedStar*> stars_;       ///< from the lowest to the highest in the image
+  StarPainter::Reach star_reach_;
+  /// [class of the reach] stars from the lowest to the highest in the image
+  std::vector<std::vector<const PlacedStar*>> stars_;
   std::vector<const PlacedStar*> seam_stars_;  ///< stars that may touch any row; not in `stars_`
 };
 

@@ -19,14 +19,13 @@ struct FieldStarParameters {
   SourceLocation number_where;
 };
 
-/// Radius of the halo and length of the spikes of a star's disc, in radii of the disc.
+/// Radius of the halo and length of the spikes of a bright star, in radii of its core.
 inline constexpr double star_halo_radii = 6;
 
 /// Section [stars]: the field stars and how all stars are drawn.
 struct StarSettings {
   static ParameterSection section();
-  /// Throws InputError where field stars have magnitudes or temperatures in the wrong order, or
-  /// where halo and spikes leave no light for the disc.
+  /// Throws InputError where field stars have magnitudes or temperatures in the wrong order.
   static StarSettings read(const ParameterSet& values);
 
   FieldStarParameters field;
@@ -36,8 +35,9 @@ struct StarSettings {
   /// The brightness of discs in the image's unit; if not given, the white of the image's picture.
   std::optional<double> white_point;
   double largest_radius = 8;  ///< of a star's disc, pixels
-  /// Shares of the light of a large disc in its halo and in its four diffraction spikes.
-  double halo = 0, spikes = 0;
+  /// About the share of a bright star's light in its halo, and the share in four diffraction
+  /// spikes.
+  double halo = 0.6, spikes = 0;
   /// Largest distance of a disc's light from its centre, pixels.
   double reach() const;
   /// Whether the image's file has a table of the stars of star fields that it draws.

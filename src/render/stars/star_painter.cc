@@ -1,104 +1,16 @@
 #include "gamer/render/stars/star_painter.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 #include <limits>
 #include <numeric>
 #include <optional>
 
 #include "render/march/node_map.h"
+#include "render/stars/near_tile.h"
 
 namespace gamer {
-namespace {
-
-/// The ball of a galaxy in the scene, for cells.
-struct BallSpace {
-  explicit BallSpace(const PlacedGalaxy& placed)
-      : centre(placed.centre), from_ball(glm::inverse(placed.to_ball)) {
-    // Half the diagonal of a cube of half side 1.
-    radius = std::sqrt(3.0) * placed.bounding_radius;
-  }
-  glm::dvec3 scene(const double place[3]) const {
-    return centre + from_ball * glm::dvec3(place[0], place[1], place[2]);
-  }
-  glm::dvec3 centre;
-  glm::dmat3 from_ball;
-  double radius;
-};
-
-// Distance of planes beyond a tile's margin, in pixels and as a share of a place's size. Rounding
-// then cuts off no star within the margin.
-constexpr double plane_margin = 1e-3;
-constexpr double plane_slack = 1e-12;
-
-/// The part of a galaxy's ball that a tile and its margin show. In views with straight lines this
-/// part lies between planes through the edges.
-class TileSpace {
- public:
-  TileSpace(const Camera& camera, const StarPainter::Tile& tile, double margin,
-            const BallSpace& space) {
-    if (camera.projection() != Projection::perspective &&
-        camera.projection() != Projection::orthographic) {
-      return;
-    }
-    const double reach = margin + plane_margin;
-    const auto make = [&](int axis, double place, double sign) -> Plane {
-      const Camera::HalfSpace half = camera.beyond(axis, place);
-      const glm::dvec3 inward = glm::transpose(space.from_ball) * (sign * half.normal);
-      const double offset =
-          sign * (glm::dot(half.normal, space.centre - camera.origin()) - half.offset);
-      const double size = std::abs(inward.x) + std::abs(inward.y) + std::abs(inward.z);
-      const double far = glm::length(half.normal) * glm::distance(space.centre, camera.origin());
-      return {inward, offset + plane_slack * (far + size), size};
-    };
-    planes_ = {make(0, tile.left - reach, 1), make(0, tile.right - 1 + reach, -1),
-               make(1, tile.bottom - reach, 1), make(1, tile.top - 1 + reach, -1)};
-  }
-
-  bool has_planes() const { return planes_.has_value(); }
-  /// False only if no part of the cube around a place of the ball lies between the planes.
-  bool may_show(const double place[3], double half) const {
-    if (!planes_) return true;
-    return std::ranges::all_of(*planes_, [&](const Plane& plane) {
-      const double inside = plane.inward.x * place[0] + plane.inward.y * place[1] +
-                            plane.inward.z * place[2] + plane.offset;
-      return inside >= -half * plane.size;
-    });
-  }
-
- private:
-  struct Plane {
-    glm::dvec3 inward;
-    double offset;
-    double size;  ///< size of a cube of half side 1, along `inward`
-  };
-  std::optional<std::array<Plane, 4>> planes_;
-};
-
-/// Whether a place of the image is within `margin` pixels of a tile, also over a seam.
-bool touches(const Camera& camera, const StarPainter::Tile& tile, double margin,
-             const glm::dvec2& pixel) {
-  if (pixel.x > tile.left - margin && pixel.x < tile.right - 1 + margin &&
-      pixel.y > tile.bottom - margin && pixel.y < tile.top - 1 + margin) {
-    return true;
-  }
-  if (!camera.is_near_seam(pixel, margin)) return false;
-  for (int y = static_cast<int>(std::ceil(pixel.y - margin)); y <= pixel.y + margin; ++y) {
-    for (int x = static_cast<int>(std::ceil(pixel.x - margin)); x <= pixel.x + margin; ++x) {
-      const glm::ivec2 place = camera.neighbour(pixel, x, y);
-      if (place.x >= tile.left && place.x < tile.right && place.y >= tile.bottom &&
-          place.y < tile.top) {
-        return true;
-      }
-    }
-  }
-  return false;
-}
-
-}  // namespace
 
 /// Candidates that are examined together, then the stars among them.
 struct StarPainter::Batch {
@@ -210,6 +122,15 @@ StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camer
         }
       }
     }
+    look.most.resize(medium_.basis().planes());
+    const std::size_t steps = medium_.basis().size();
+    for (const std::vector<double>& weights : look.weights) {
+      for (std::size_t p = 0; p < look.most.size(); ++p) {
+        double sum = 0;
+        for (std::size_t j = 0; j < steps; ++j) sum += std::abs(weights[p * steps + j]);
+        look.most[p] = std::max(look.most[p], sum);
+      }
+    }
     looks_.push_back(std::move(look));
   }
   order_.resize(looks_.size());
@@ -219,13 +140,24 @@ StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camer
   });
 }
 
+std::size_t StarPainter::Reach::of(double light) const {
+  std::size_t i = 0;
+  while (i + 1 < classes.size() && !(light <= classes[i].light)) ++i;
+  return i;
+}
+
 void StarPainter::paint(const Tile& tile, double margin,
                         const std::function<void(const Seen&)>& take, RenderCounts& counts,
                         Detail detail) const {
+  const Reach reach{{{std::numeric_limits<double>::infinity(), margin}}, {}};
+  paint(tile, reach, take, counts, detail);
+}
+
+std::optional<GalaxyIndex::Ball> StarPainter::rays_of(const Tile& tile, double margin) const {
   const int more = static_cast<int>(std::ceil(margin));
   std::optional<GalaxyIndex::Ball> rays =
       index_.pixels(tile.left - more, tile.right + more, tile.bottom - more, tile.top + more);
-  if (!rays) return;
+  if (!rays) return rays;
   bool is_at_seam = tile.bottom / camera_.face_rows() != (tile.top - 1) / camera_.face_rows();
   for (const int x : {tile.left, tile.right - 1}) {
     for (const int y : {tile.bottom, tile.top - 1}) {
@@ -236,8 +168,17 @@ void StarPainter::paint(const Tile& tile, double margin,
     // Stars are searched up to this distance beyond the tile.
     rays->radius += 2 * (more + 1) * camera_.pixel_size(camera_.origin() - camera_.back());
   }
+  return rays;
+}
+
+void StarPainter::paint(const Tile& tile, const Reach& reach,
+                        const std::function<void(const Seen&)>& take, RenderCounts& counts,
+                        Detail detail) const {
+  std::vector<std::optional<GalaxyIndex::Ball>> rays;
+  for (const Reach::Class& stars : reach.classes) rays.push_back(rays_of(tile, stars.margin));
+  if (!rays.back()) return;
   GalaxyIndex::Found near;
-  index_.find(*rays, near);
+  index_.find(*rays.back(), near);
   if (near.empty()) return;
   std::vector<int> dusty;
   for (const int g : near.galaxies) {
@@ -255,56 +196,35 @@ void StarPainter::paint(const Tile& tile, double margin,
         std::ranges::find(near.galaxies, field.galaxy) == near.galaxies.end()) {
       continue;
     }
-    paint_field(number, tile, margin, *rays, dusty, batch, take, counts);
+    paint_field(number, tile, reach, rays, dusty, batch, take, counts);
   }
 }
 
-void StarPainter::paint_field(std::size_t number, const Tile& tile, double margin,
-                              const GalaxyIndex::Ball& rays, std::span<const int> dusty,
-                              Batch& batch, const std::function<void(const Seen&)>& take,
+void StarPainter::paint_field(std::size_t number, const Tile& tile, const Reach& reach,
+                              std::span<const std::optional<GalaxyIndex::Ball>> rays,
+                              std::span<const int> dusty, Batch& batch,
+                              const std::function<void(const Seen&)>& take,
                               RenderCounts& counts) const {
   const StarFields::Field& field = fields_->fields()[number];
   const StarField& stars = *field.stars;
   const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(field.galaxy)];
   const double largest_phi = placed.galaxy->calibration().largest_phi[field.component];
-  const BallSpace space(placed);
-  const TileSpace tile_space(camera_, tile, margin, space);
-  const bool is_parallel = fields_->is_parallel();
+  double light = 0;
+  for (std::size_t p = 0; p < reach.light_of_flux.size(); ++p) {
+    light = std::max(light, looks_[number].unit * looks_[number].most[p] * reach.light_of_flux[p]);
+  }
+  const NearTile near(camera_, index_, *fields_, number, placed, light, tile, reach, rays);
   // The brightest stars come first, since their cells are the largest.
   for (std::size_t k = stars.population().size(); k-- > 0;) {
     const double brightest = stars.population().at(k).high;
-    const double farthest =
-        std::sqrt(brightest / field.limit);  // farthest distance of stars above the limit
-    if (is_parallel && brightest < field.limit) break;
-    const auto keep = [&](const StarField::Cell& cell) {
-      if (!tile_space.may_show(cell.centre, cell.half)) return false;
-      const glm::dvec3 place = space.scene(cell.centre);
-      const double radius = cell.half * space.radius;
-      if (!is_parallel) {
-        const glm::dvec3 way = place - camera_.origin();
-        const double reach = farthest + radius;
-        if (glm::dot(way, way) > reach * reach) return false;
-      }
-      // The planes exclude more, at less cost, than the ball around the tile's rays.
-      return tile_space.has_planes() || overlap(index_.ball_of(place, radius), rays);
-    };
+    if (fields_->is_parallel() && brightest < field.limit) break;
+    const auto keep = [&](const StarField::Cell& cell) { return near.may_reach(cell, brightest); };
     const auto offer = [&](const StarField::Candidate& candidate) {
-      if (!tile_space.may_show(candidate.position, 0)) return;
-      const glm::dvec3 place = space.scene(candidate.position);
-      const glm::dvec3 way = place - camera_.origin();
-      const double distance2 = is_parallel ? 1 : glm::dot(way, way);
-      if (!(stars.luminosity_bound(k, candidate) > field.limit * distance2)) return;
-      if (!tile_space.has_planes()) {
-        const glm::dvec3 away = way / std::sqrt(distance2) - rays.centre;
-        if (glm::dot(away, away) > rays.radius * rays.radius) return;
-      }
-      const double luminosity = stars.luminosity(k, candidate);
-      const double q = luminosity / distance2;
-      if (!(q > field.limit)) return;
-      const std::optional<glm::dvec2> pixel = camera_.pixel(place);
-      if (!pixel || !touches(camera_, tile, margin, *pixel)) return;
-      batch.entries.push_back({place, *pixel, candidate.threshold, luminosity, distance2,
-                               field.weight(q) * q, candidate});
+      const std::optional<NearTile::Star> star = near.star(k, candidate);
+      if (!star) return;
+      const double q = star->luminosity / star->distance2;
+      batch.entries.push_back({star->place, star->pixel, candidate.threshold, star->luminosity,
+                               star->distance2, field.weight(q) * q, candidate});
       if (batch.entries.size() == batch_capacity) flush(number, dusty, batch, take, counts);
     };
     stars.walk(k, largest_phi, keep, offer);

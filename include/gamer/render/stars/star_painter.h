@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -39,9 +40,29 @@ class StarPainter {
   /// leave fluxes empty.
   enum class Detail { places, light };
 
+  /// How far stars of a tile reach. A star's light is its largest flux of a plane times
+  /// `light_of_flux`, without dust. In `is_brightness` it is divided by the area of the star's
+  /// pixel.
+  struct Reach {
+    /// Stars with at most this light add none beyond `margin` pixels. Classes ascend; the last has
+    /// all other stars.
+    struct Class {
+      double light, margin;
+    };
+    /// Number of the class of a star.
+    std::size_t of(double light) const;
+    std::vector<Class> classes;
+    std::vector<double> light_of_flux;  ///< [plane]
+    bool is_brightness = false;
+    double least_area = 0;  ///< a lower bound of the areas of pixels within the widest margin
+  };
+
   StarPainter(std::shared_ptr<const Scene> scene, const Camera& camera, const Medium& medium,
               const GalaxyIndex& index, std::shared_ptr<const StarFields> fields);
 
+  /// Calls take() for every star whose reach includes some pixel of the tile.
+  void paint(const Tile& tile, const Reach& reach, const std::function<void(const Seen&)>& take,
+             RenderCounts& counts, Detail detail = Detail::light) const;
   /// Calls take() for every star within `margin` pixels of the tile.
   void paint(const Tile& tile, double margin, const std::function<void(const Seen&)>& take,
              RenderCounts& counts, Detail detail = Detail::light) const;
@@ -54,11 +75,16 @@ class StarPainter {
     /// [grid temperature][plane * basis nodes + j]: SpectralBasis::weights(). There is one set if
     /// all stars share a spectrum.
     std::vector<std::vector<double>> weights;
+    std::vector<double> most;  ///< [plane] upper bound of the sum of weights
   };
   struct Batch;
 
-  void paint_field(std::size_t number, const Tile& tile, double margin,
-                   const GalaxyIndex::Ball& rays, std::span<const int> dusty, Batch& batch,
+  /// The rays of a tile and a margin; nothing where no pixel shows sky.
+  std::optional<GalaxyIndex::Ball> rays_of(const Tile& tile, double margin) const;
+  /// `rays` has a ball for each class of the reach.
+  void paint_field(std::size_t number, const Tile& tile, const Reach& reach,
+                   std::span<const std::optional<GalaxyIndex::Ball>> rays,
+                   std::span<const int> dusty, Batch& batch,
                    const std::function<void(const Seen&)>& take, RenderCounts& counts) const;
   void flush(std::size_t number, std::span<const int> dusty, Batch& batch,
              const std::function<void(const Seen&)>& take, RenderCounts& counts) const;
