@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Makes the figures of docs/veins.md anew: docs/images/veins_*.png and m51.png, milky_way.png. Each of
-# the former is one render of a scene in which galaxies that differ in a few keys stand side by side.
+# Makes the figures of docs/veins.md anew: docs/images/veins_*.png. Each is one render of a scene in which galaxies that
+# differ in a few keys stand side by side.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
@@ -154,13 +154,6 @@ optical_depth = $depth
 TOML
 done
 finish opacity
-
-# 4.2: M51 and the Milky Way.
-for name in m51 milky_way; do
-  "$gamer" "scenes/$name.par" "scenes/$name.lst" --output "$work/$name.fits" --overwrite --quiet \
-    --set image.size=384
-  "$gutil" rgb --method auto --bits 8 "$work/$name.fits" "docs/images/$name.png" --overwrite
-done
 
 # The column density between two arms: map, spectrum and width.
 scripts/veins-spectrum.sh "$work" "$gamer" "$gutil"
