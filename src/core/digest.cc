@@ -17,7 +17,7 @@ std::string digest(std::string_view text) {
     const std::size_t bytes = std::min(text.size(), sizeof word);
     std::memcpy(&word, text.data(), bytes);
     text.remove_prefix(bytes);
-    // Each step is a bijection of the state, so that no two texts meet but by chance in both words.
+    // Each step is a bijection of both words: texts of equal digest collide twice by chance.
     first = mix64(first ^ word) + golden_gamma;
     second = mix64(second + word) ^ golden_gamma;
   }

@@ -16,7 +16,7 @@ std::vector<double> running_sums(int parts, Density density) {
 }
 
 /// The x in [0, 1] at which running sums, linear within each part, reach `sum`. A random share of
-/// the last sum thus gives places that follow the density.
+/// the last sum thus gives places that follow the density, which must be positive at both ends.
 inline double place_of_sum(std::span<const double> sums, double sum) {
   const auto next = std::upper_bound(sums.begin() + 1, sums.end() - 1, sum);
   const double share = (sum - *(next - 1)) / (*next - *(next - 1));

@@ -25,6 +25,9 @@ constexpr double least_sine = 1e-6;
 // Largest half side, in pixels, of the window in which a galaxy's own rays are added up.
 constexpr double largest_window = 128;
 
+// Most numbers of all rays' parts in this window, of which each thread has one: 128 MiB.
+constexpr double most_window_numbers = 1 << 24;
+
 // Largest cosine of the angle between a pixel's sides there, and largest relative change of a
 // pixel's area over the window.
 constexpr double largest_skew = 0.1;
@@ -70,7 +73,7 @@ class RingSums {
     }
     const double half = 0.5 * std::accumulate(light.begin(), light.end(), 0.0);
     double inside = 0;
-    for (std::size_t ring = 0; ring < rings_; ++ring) {
+    for (std::size_t ring = 0; ring < light.size(); ++ring) {
       if (inside + light[ring] >= half) {
         if (!(light[ring] > 0)) break;
         return (static_cast<double>(ring) + (half - inside) / light[ring]) / rings_per_pixel;
@@ -311,6 +314,12 @@ bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters
   const auto& [x, y] = *sides;
   if (std::abs(glm::dot(x, y)) > largest_skew * glm::length(x) * glm::length(y)) return false;
   const ImageRegion window = window_of(galaxy, camera);
+  const auto emitters = std::ranges::count_if(
+      galaxy.galaxy->components(), [](const auto& component) { return !component->absorbs(); });
+  const std::size_t planes =
+      parameters.spectrum.wavelengths.size() + parameters.spectrum.bands.size();
+  const double numbers = 2.0 * static_cast<double>(planes) * static_cast<double>(emitters + 1);
+  if (numbers * window.width * window.height > most_window_numbers) return false;
   const double area = camera.solid_angle(centre->x, centre->y);
   const auto is_alike = [&](int column, int row) {
     return std::abs(camera.solid_angle(column, row) - area) <= largest_change * area;

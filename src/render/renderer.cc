@@ -85,8 +85,10 @@ std::vector<double> white_of_discs(const RenderParameters& parameters, PixelUnit
                                is_magnitude ? nanojansky(*stars.white_point) : *stars.white_point);
   }
   if (!stars.tone || unit == PixelUnit::magnitude) return {};
-  return picture_white(PictureTone::of_numbers(*stars.tone), static_cast<int>(wavelengths.size()),
-                       wavelengths);
+  std::vector<double> white = picture_white(PictureTone::of_numbers(*stars.tone),
+                                            static_cast<int>(wavelengths.size()), wavelengths);
+  const bool is_positive = std::ranges::all_of(white, [](double plane) { return plane > 0; });
+  return is_positive ? white : std::vector<double>();
 }
 
 }  // namespace
@@ -397,9 +399,13 @@ void Renderer::find_hits(
     if (const std::optional<Ray>& ray = work.rays[i]) {
       const std::size_t first = work.hits.size();
       medium_.hits(*ray, candidates(sample, *ray), work.hits);
-      for (Hit& hit : std::span(work.hits).subspan(first)) {
+      const std::span<Hit> hits = std::span(work.hits).subspan(first);
+      const bool is_fixed = std::ranges::all_of(hits, [&](const Hit& hit) {
+        return scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].has_fixed_flux;
+      });
+      for (Hit& hit : hits) {
         set_footprint(sample.footprint, hit);
-        if (scene_->galaxies[static_cast<std::size_t>(hit.galaxy)].has_fixed_flux) {
+        if (is_fixed) {
           hit.error_factor = accuracy.fixed_flux_error;
           hit.step_factor = accuracy.fixed_flux_step;
         } else if (sample.size < shared_size) {

@@ -29,9 +29,10 @@ double taper(double share) {
 class LightWithin {
  public:
   explicit LightWithin(double power) : power_(power) {
-    constexpr int nodes = 64;
     for (int k = 0; k <= entries; ++k) {
       const double end = most * k / entries;
+      // A core of radius 1 has at least 16 nodes.
+      const int nodes = 64 + static_cast<int>(16 * end);
       double sum = 0;
       for (int i = 0; i < nodes; ++i) {
         const double share = (i + 0.5) / nodes;
@@ -44,7 +45,8 @@ class LightWithin {
   double power() const { return power_; }
   /// The light that ends at `end` radii; at `most` and beyond that at `most`.
   double operator()(double end) const {
-    const double place = std::min(end / most, 1.0) * entries;
+    if (!(end < most)) return table_.back();
+    const double place = end / most * entries;
     const int k = std::min(static_cast<int>(place), entries - 1);
     const auto entry = [&](int i) { return table_[static_cast<std::size_t>(i)]; };
     return entry(k) + (place - k) * (entry(k + 1) - entry(k));
@@ -93,7 +95,8 @@ class StarProfile {
     const double level = std::max(1.0, radius / radius_ * (radius / radius_));
     end_ = has_halo_ || spike_share_ > 0 ? star_halo_radii * radius_ : radius_ + 0.5;
     for (const double light : times) {
-      const double area = rest * light / level / std::numbers::pi;
+      // Quadrature behind thick dust may leave a plane slightly negative.
+      const double area = rest * std::max(light, 0.0) / level / std::numbers::pi;
       double own = radius_;
       // The share of light before the end depends on the radius; the steps converge.
       constexpr int steps = 8;
@@ -240,21 +243,18 @@ void Renderer::share_disc(const glm::dvec2& pixel, std::span<const double> times
   const StarProfile profile(times, star_settings_);
   const double reach = std::ceil(profile.reach()) + 1;
   const std::size_t count = times.size() + 2;
-  std::vector<double> sums(count), shares(times.size()), window;
-  const auto side = static_cast<std::size_t>(2 * reach + 1);
-  window.resize(side * side * count);
-  double* next = window.data();
+  std::vector<double> sums(count), shares(times.size()), parts(count);
   for (double j = y - reach; j <= y + reach; ++j) {
-    for (double i = x - reach; i <= x + reach; ++i, next += count) {
-      profile.at(i - pixel.x, j - pixel.y, {next, count});
-      for (std::size_t k = 0; k < count; ++k) sums[k] += next[k];
+    for (double i = x - reach; i <= x + reach; ++i) {
+      profile.at(i - pixel.x, j - pixel.y, parts);
+      for (std::size_t k = 0; k < count; ++k) sums[k] += parts[k];
     }
   }
-  next = window.data();
   for (double j = y - reach; j <= y + reach; ++j) {
-    for (double i = x - reach; i <= x + reach; ++i, next += count) {
+    for (double i = x - reach; i <= x + reach; ++i) {
+      profile.at(i - pixel.x, j - pixel.y, parts);
       for (std::size_t p = 0; p < shares.size(); ++p) {
-        shares[p] = profile.share(p, {next, count}, sums);
+        shares[p] = profile.share(p, parts, sums);
       }
       if (std::ranges::none_of(shares, [](double share) { return share > 0; })) continue;
       const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));

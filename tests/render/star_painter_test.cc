@@ -537,8 +537,7 @@ TEST(StarPainter, BrightStarsHaveHaloAndSpikes) {
   EXPECT_LT(spikes.at(x + 10, y + 10, 0), 1e-20 * flux);
 }
 
-// A red star is white in the middle and becomes redder outwards. Every plane keeps its flux, and
-// follows the closed form of its own radius.
+// A red star is white in the middle and becomes redder outwards. Every plane keeps its flux.
 TEST(StarPainter, BrightStarsHaveWhiteCores) {
   const auto image_of = [](const std::string& more) {
     return bright_star(more, "32 33", "4400, 5500, 7000", "blackbody(3500K)");

@@ -22,8 +22,8 @@ struct Accuracy {
   /// their errors average out.
   double shared_error;
   double shared_step;
-  /// These factors for rays through a galaxy whose flux is fixed by its own rays. Their errors
-  /// average out over the whole galaxy.
+  /// These factors for rays through no galaxies but those whose fluxes are fixed by their own rays.
+  /// The errors of rays average out over a whole galaxy.
   double fixed_flux_error;
   double fixed_flux_step;
   /// Layers end where their envelope is exp(log_envelope_threshold) times its largest value.
@@ -84,8 +84,8 @@ struct Accuracy {
   }
 
   /// Factor on the distance of rays in a galaxy of fixed flux. `pixel` is the width of a pixel,
-  /// galaxy radii. Pixels of galaxies with more than 128 pixels across are more exact, until the
-  /// factor is 1 at 256.
+  /// galaxy radii. Pixels of galaxies with more than 128 pixels across are more exact. The
+  /// factor is 1 at 256 at the latest.
   double fixed_spacing(double pixel) const {
     constexpr double most_pixels = 64;  // of a radius
     const double coarse = most_pixels * pixel;

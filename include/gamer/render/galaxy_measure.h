@@ -39,7 +39,8 @@ std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& cam
 
 /// Whether a galaxy can be a layer of the image, and be measured with its rays there. It is whole
 /// in a sky view without a grid of rays, and not larger than 256 pixels, which are rectangles of
-/// equal area. None of its stars is drawn by itself.
+/// equal area. Its light takes at most 128 MiB while it is measured. None of its stars is drawn by
+/// itself.
 bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera);
 

@@ -34,11 +34,11 @@ struct StarSettings {
   std::optional<bool> discs;
   /// The brightness of discs in the image's unit; if not given, the white of the image's picture.
   std::optional<double> white_point;
-  double largest_radius = 8;  ///< of a star's disc, pixels
+  double largest_radius = 8;  ///< of a star's core or disc, pixels
   /// About the share of a bright star's light in its halo, and the share in four diffraction
   /// spikes.
   double halo = 0.6, spikes = 0;
-  /// Largest distance of a disc's light from its centre, pixels.
+  /// Largest distance of a bright star's light from its centre, pixels.
   double reach() const;
   /// Whether the image's file has a table of the stars of star fields that it draws.
   bool table = false;

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <glm/mat3x3.hpp>
+#include <glm/matrix.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -92,7 +94,9 @@ class NearTile {
   BallSpace space_;
   std::vector<TileSpace> spaces_;  ///< [class]
   double light_;                   ///< as the constructor has it
-  double most_light_;              ///< of a star of flux 1, in the least pixel
+  /// The light of a star of flux 1 in the least pixel. Where no least area is known it is infinite,
+  /// so that all stars are of the last class.
+  double most_light_;
 };
 
 }  // namespace gamer
