@@ -334,6 +334,46 @@ TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
   }
 }
 
+// Bright stars reach far, faint ones do not. Blocks of rows see every star that reaches them, in
+// all projections with a bound of their pixels' areas.
+TEST(StarPainter, BlocksSeeAllStarsThatReachThem) {
+  const std::string place = "position = [0, -0.3, 0.02]\n";
+  struct View {
+    std::string size, camera;
+  };
+  for (const auto& [size, camera] : {View{"24", inside}, View{"24", parallel},
+                                     View{"[48, 24]", "projection = \"equirectangular\"\n" + place},
+                                     View{"12", "projection = \"cubemap\"\n" + place},
+                                     View{"24", "projection = \"fisheye\"\n" + place}}) {
+    const Renderer renderer = text_renderer(
+        {{{"g", field(2e3, smooth_noise)}},
+         "galaxy x y z\ng 0 0 0\n",
+         fmt::format("[image]\nsize = {}\n[camera]\n{}[spectrum]\nwavelengths = [4300, 7400]\n"
+                     "[sampling]\nstars_per_pixel = 2\n[stars]\nwhite_point = 1\n"
+                     "largest_radius = 3\nhalo = 0.5\ndiscs = true\n",
+                     size, camera)});
+    const int height = renderer.height();
+    const auto row = static_cast<std::size_t>(renderer.width() * renderer.planes());
+    const auto render = [&](int block) {
+      std::vector<double> rows(row * static_cast<std::size_t>(height));
+      for (int first = 0; first < height; first += block) {
+        const int last = std::min(first + block, height);
+        renderer.render_rows({first, last},
+                             std::span(rows).subspan(static_cast<std::size_t>(first) * row,
+                                                     static_cast<std::size_t>(last - first) * row));
+      }
+      return rows;
+    };
+    const std::vector<double> whole = render(height);
+    EXPECT_GT(std::ranges::count_if(whole, [](double value) { return value > 0; }), 400) << camera;
+    const std::vector<double> blocks = render(3);
+    for (std::size_t i = 0; i < whole.size(); ++i) {
+      ASSERT_TRUE(blocks[i] == whole[i] || (std::isnan(blocks[i]) && std::isnan(whole[i])))
+          << camera << i;
+    }
+  }
+}
+
 // A star behind dust: by the depth of an exponential layer up to it, against all of it behind.
 TEST(StarPainter, DustDimsStarsBehindIt) {
   const std::string dust =
