@@ -221,7 +221,7 @@ dusty 64.1 20.4 21 2.5 0 0 0 above
         image, table, images = self.render("--truth", parts="objects", dust_free=True,
                                            optical_depth=True,
                                            # The table is held, not the quadrature.
-                                           sampling={"tolerance": 2e-4})
+                                           sampling={"tolerance": 1e-4})
         for band in BANDS:
             free = images[f"DUSTFREE_{band}"]
             self.assertTrue((free >= image[band]).all())
