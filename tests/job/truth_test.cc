@@ -361,7 +361,7 @@ TEST(Layers, DimWhatIsBehindThem) {
   const double limit = accuracy.most_dimmed, rays = flux(-1), hidden = whole - rays;
   EXPECT_GT(hidden, 0.1 * whole);
   EXPECT_NEAR(flux(1), rays, 0.076 * hidden);  // measured: 0.038
-  EXPECT_NEAR(flux(limit) / rays, 1, 1.0e-4);  // measured: 5.0e-5
+  EXPECT_NEAR(flux(limit) / rays, 1, 3.8e-5);  // measured: 1.9e-5
 }
 
 // Galaxies that penetrate each other have common rays.

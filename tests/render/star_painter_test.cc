@@ -298,6 +298,19 @@ TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
   }
 }
 
+/// All rows of an image, rendered in blocks of so many rows.
+std::vector<double> rows_in_blocks(const Renderer& renderer, int block) {
+  const auto row = static_cast<std::size_t>(renderer.width() * renderer.planes());
+  std::vector<double> rows(row * static_cast<std::size_t>(renderer.height()));
+  for (int first = 0; first < renderer.height(); first += block) {
+    const int last = std::min(first + block, renderer.height());
+    renderer.render_rows({first, last},
+                         std::span(rows).subspan(static_cast<std::size_t>(first) * row,
+                                                 static_cast<std::size_t>(last - first) * row));
+  }
+  return rows;
+}
+
 TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
   constexpr int side = 24;
   for (const std::string& more :
@@ -317,15 +330,7 @@ TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
       const auto scene = std::make_shared<Scene>(
           read_scene(list, "scene.lst", parameters, spectrum, camera, resources));
       const Renderer renderer(parameters, camera, scene, spectrum);
-      const auto row = static_cast<std::size_t>(side) * static_cast<std::size_t>(renderer.planes());
-      std::vector<double> rows(row * side);
-      for (int first = 0; first < side; first += size) {
-        const int last = std::min(first + size, side);
-        renderer.render_rows({first, last},
-                             std::span(rows).subspan(static_cast<std::size_t>(first) * row,
-                                                     static_cast<std::size_t>(last - first) * row));
-      }
-      return rows;
+      return rows_in_blocks(renderer, size);
     };
     const std::vector<double> whole = render(text.scene, side);
     for (const int size : {1, 7}) EXPECT_EQ(render(text.scene, size), whole) << size;
@@ -352,21 +357,9 @@ TEST(StarPainter, BlocksSeeAllStarsThatReachThem) {
                      "[sampling]\nstars_per_pixel = 2\n[stars]\nwhite_point = 1\n"
                      "largest_radius = 3\nhalo = 0.5\ndiscs = true\n",
                      size, camera)});
-    const int height = renderer.height();
-    const auto row = static_cast<std::size_t>(renderer.width() * renderer.planes());
-    const auto render = [&](int block) {
-      std::vector<double> rows(row * static_cast<std::size_t>(height));
-      for (int first = 0; first < height; first += block) {
-        const int last = std::min(first + block, height);
-        renderer.render_rows({first, last},
-                             std::span(rows).subspan(static_cast<std::size_t>(first) * row,
-                                                     static_cast<std::size_t>(last - first) * row));
-      }
-      return rows;
-    };
-    const std::vector<double> whole = render(height);
+    const std::vector<double> whole = rows_in_blocks(renderer, renderer.height());
     EXPECT_GT(std::ranges::count_if(whole, [](double value) { return value > 0; }), 400) << camera;
-    const std::vector<double> blocks = render(3);
+    const std::vector<double> blocks = rows_in_blocks(renderer, 3);
     for (std::size_t i = 0; i < whole.size(); ++i) {
       ASSERT_TRUE(blocks[i] == whole[i] || (std::isnan(blocks[i]) && std::isnan(whole[i])))
           << camera << i;

@@ -59,10 +59,9 @@ struct Accuracy {
   /// Factor on the distance of rays in a galaxy whose flux is fixed by its own rays. The root of it
   /// is a factor on ray_size and cell_size. Controls pixels and colours.
   double fixed_flux_spacing;
-  /// Largest share of a pixel's light that the dust of layers (GalaxyLayer) takes from layers
-  /// behind. Light behind is dimmed by the pixel's mean, as if it had the spectrum of the layer in
-  /// front. The error is some per cent of what the dust takes. Where dust takes more, rays go
-  /// through all galaxies together.
+  /// Largest share of the light behind a layer (GalaxyLayer) that its dust takes. The light behind
+  /// is dimmed by the pixel's mean, as if it had the spectrum of the layer. The error is some per
+  /// cent of what the dust takes. Where dust takes more, rays go through all galaxies together.
   double most_dimmed;
   /// Relative error of a texture's mean over a galaxy, as if its sample points were independent.
   /// The points are spread evenly, so their error is up to four times smaller. Controls a galaxy's
