@@ -172,6 +172,25 @@ void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& re
   });
 }
 
+double Renderer::dimmed_share(int x, int y, const Workspace& work) const {
+  const std::size_t planes = layout_.spectral();
+  double most = 0;
+  for (std::size_t p = 0; p < planes; ++p) {
+    double through = 1, light = 0, seen = 0;
+    for (const Workspace::LayerOf* of : work.in_pixel) {
+      if (!of->layer->has(x, y)) continue;
+      const double* const numbers = of->layer->values.data() + of->layer->place(x, y);
+      const auto g = static_cast<std::size_t>(of->galaxy);
+      const double own = scene_->galaxies[g].brightness * numbers[p];
+      light += own;
+      seen += through * own;
+      through *= numbers[planes + p];
+    }
+    if (light > 0) most = std::max(most, 1 - seen / light);
+  }
+  return most;
+}
+
 bool Renderer::add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const {
   if (work.layers.empty()) return false;
   const auto& ray = work.middles[static_cast<std::size_t>(x - work.left)];
@@ -196,12 +215,8 @@ bool Renderer::add_layers(int x, int y, int row, Workspace& work, LightSums& sum
       const double reach = front.bounding_radius + behind.bounding_radius;
       if (glm::distance(front.centre, behind.centre) < reach) return false;
     }
-    const GalaxyLayer& layer = *work.in_pixel[k]->layer;
-    if (!layer.has(x, y)) continue;
-    const double* const through = layer.values.data() + layer.place(x, y) + planes;
-    if (*std::min_element(through, through + planes) < 1 - medium_.accuracy().most_dimmed)
-      return false;
   }
+  if (dimmed_share(x, y, work) > medium_.accuracy().most_dimmed) return false;
   work.through.assign(planes, 1.0);
   for (const Workspace::LayerOf* of : work.in_pixel) {
     if (!of->layer->has(x, y)) continue;

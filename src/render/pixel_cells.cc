@@ -17,9 +17,6 @@ namespace {
 // halved.
 constexpr int most_rays_of_cell = 16;
 
-// Share of a component's peak brightness below which rays are farther apart.
-constexpr double faint = 0.25;
-
 // Largest number of halvings of a pixel.
 constexpr int deepest_cell = 24;
 
@@ -102,10 +99,9 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
       // A cell of side h and brightness B has light B h^2. Its error is a constant share of it for
       // an unresolved texture, and a share ~ h^2 for a smooth envelope. For a given number of cells
       // the sum errs least with h ~ B^(-1/2) and h ~ B^(-1/4).
-      const double relief =
-          std::clamp(std::sqrt(faint / scale.brightness), 1.0, accuracy.faint_spacing);
+      const double relief = std::max(std::sqrt(accuracy.faint_brightness / scale.brightness), 1.0);
       least.envelope = std::min(least.envelope, std::sqrt(relief) * scale.envelope);
-      least.edge = std::min(least.edge, scale.edge);
+      least.edge = std::min(least.edge, std::sqrt(relief) * scale.edge);
       texture_ray = std::min(texture_ray, relief * std::max(ray_size * scale.texture, finest));
       texture_cell =
           std::min(texture_cell, relief * std::max(cell_size * scale.texture, 2 * finest));

@@ -50,18 +50,19 @@ struct Accuracy {
   /// Distance of rays, in widest footprints, below which noise and arms need no closer rays.
   /// Controls the light of clumps that rays would miss or count twice.
   double ray_spacing;
-  /// Largest factor on the distance of rays where a component is faint. Controls the light of rare
-  /// bright clumps in faint outskirts.
-  double faint_spacing;
+  /// Brightness, as a share of a component's peak, below which rays are farther apart. Controls the
+  /// light of faint outskirts.
+  double faint_brightness;
   /// Distance of rays, in widest footprints, below which an edge needs no closer rays. Controls the
   /// light at the edges of bars.
   double edge_spacing;
   /// Factor on the distance of rays in a galaxy whose flux is fixed by its own rays. The root of it
   /// is a factor on ray_size and cell_size. Controls pixels and colours.
   double fixed_flux_spacing;
-  /// Largest share of the light behind a layer (GalaxyLayer) that its dust takes. The light behind
-  /// is dimmed by the pixel's mean, as if it had the spectrum of the layer. The error is some per
-  /// cent of what the dust takes. Where dust takes more, rays go through all galaxies together.
+  /// Largest share of a pixel's light that the dust of layers (GalaxyLayer) takes from layers
+  /// behind. Light behind is dimmed by the pixel's mean, as if it had the spectrum of the layer in
+  /// front. The error is some per cent of what the dust takes. Where dust takes more, rays go
+  /// through all galaxies together.
   double most_dimmed;
   /// Relative error of a texture's mean over a galaxy, as if its sample points were independent.
   /// The points are spread evenly, so their error is up to four times smaller. Controls a galaxy's
@@ -119,10 +120,10 @@ struct Accuracy {
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * std::pow(rough, 0.3),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8 * std::pow(rough, 0.2),
-            .faint_spacing = std::pow(rough, 0.6),
+            .faint_brightness = 0.02 * std::min(t / 1e-3, 1.0) * std::pow(rough, 1.1),
             .edge_spacing = 0.8 * std::pow(rough, 0.2) * std::log10(rough),
             .fixed_flux_spacing = std::max(4 * std::pow(std::min(t / 1e-3, 1e-3 / t), 0.3), 1.0),
-            .most_dimmed = std::min(30 * t, 1.0),
+            .most_dimmed = std::min(0.003 * std::pow(t / 1e-3, 1.5), 1.0),
             .mean_error = 0.003 * std::pow(rough, 0.3),
             .shares_closure = t > 3e-3};
   }

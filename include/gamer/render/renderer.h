@@ -153,9 +153,12 @@ class Renderer {
   /// Finds or makes the layers of galaxies near a region.
   void find_layers(const GalaxyIndex::Found& near, const ImageRegion& region, Workspace& work,
                    RenderCounts& counts) const;
+  /// Share of a pixel's light that the dust of its layers takes from layers behind, in the plane
+  /// where it is largest.
+  double dimmed_share(int x, int y, const Workspace& work) const;
   /// Adds a pixel's layers, one behind the other. Returns false where the pixel needs rays through
-  /// all its galaxies together: some galaxy has no layer, two galaxies penetrate each other, or the
-  /// dust in front takes more than Accuracy::most_dimmed.
+  /// all its galaxies together: some galaxy has no layer, two galaxies penetrate each other, or
+  /// dimmed_share() is above Accuracy::most_dimmed.
   bool add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const;
   /// Adds a pixel of a layer and the dimming of what is behind it.
   void add_layer(int galaxy, const double* numbers, int x, int row, Workspace& work,

@@ -47,6 +47,10 @@ class Bar : public Component {
   /// S without ansae.
   double body(double m) const;
   double height(double u) const;
+  /// About the largest value of the envelope next to a ray, as a share of its peak. The ray is in
+  /// coordinates (u, v, z); it meets the plane at `plane` and is next to the axis at `axis`.
+  double brightness(const double o[3], const double d[3], double plane, double axis,
+                    double reach) const;
   /// Integral of the envelope along z at a place in the plane, over S.
   double column(double u, double v) const;
   double integral_of_body() const;

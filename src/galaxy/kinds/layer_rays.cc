@@ -83,8 +83,8 @@ bool Layer::hides_texture(double footprint) const {
                           stretch_of(texture()->twirl() * largest_shear_));
 }
 
-double Layer::brightness(const double nearest[3], const double direction[3],
-                         double half_chord) const {
+double Layer::brightness(const double nearest[3], const double direction[3], double half_chord,
+                         double reach) const {
   double o[3], d[3];
   law_.stretch(nearest, o);
   law_.stretch(direction, d);
@@ -103,7 +103,10 @@ double Layer::brightness(const double nearest[3], const double direction[3],
   }
   const double shift = across > 0 ? brightest_shift(std::sqrt(dd) / law_.length(), across) : 0.0;
   const double place = plane + std::clamp(axis - plane, -shift, shift);
-  const double cosh = std::cosh((o[2] + place * d[2]) / height);
+  // A neighbour of the ray may pass nearer to the plane.
+  const double rise = reach * std::sqrt(std::max(1 - d[2] * d[2], 0.0));
+  const double z = std::max(std::abs(o[2] + place * d[2]) - rise, 0.0);
+  const double cosh = std::cosh(z / height);
   return std::exp(law_.logarithm(m_at(place))) / (law_.peak() * cosh * cosh);
 }
 
@@ -138,7 +141,8 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   return {.envelope = scale,
           .texture = texture,
           .brightness = std::min(
-              brightness(nearest, direction, half_chord) * std::exp(reach / law_.length()), 1.0)};
+              brightness(nearest, direction, half_chord, reach) * std::exp(reach / law_.length()),
+              1.0)};
 }
 
 /// A ray through a layer, in the coordinates of RadialLaw::stretch().

@@ -83,7 +83,8 @@ class Layer : public Component {
   double texture_rate(const BallRay& ray, double speed) const;
   /// About the largest value of sech^2(z/z0) f along a ray, as a share of the peak of f. `nearest`
   /// is the ray's point closest to the centre, and `half_chord` half of its length in the ball.
-  double brightness(const double nearest[3], const double direction[3], double half_chord) const;
+  double brightness(const double nearest[3], const double direction[3], double half_chord,
+                    double reach) const;
   /// Adds the places of a ring on a ray.
   void add_ring(const Path& path, RayPlan& out) const;
   bool follows_arms() const { return arms_.has_arms() && shape_.arm_width > 0; }
