@@ -250,7 +250,7 @@ void check_star_table(const RenderJob& job) {
         "no galaxy of the scene has a component of class starfield; objects of the scene and field "
         "stars are in table TRUTH (--truth)");
   }
-  if (!(parameters.sampling.stars_per_pixel > 0)) {
+  if (!parameters.sampling.draws_stars()) {
     fail("sampling.stars_per_pixel = 0 draws no star; give a larger value");
   }
 }

@@ -41,7 +41,7 @@ bool measures_star_tone(const RenderParameters& parameters, const Scene& scene) 
   return parameters.draws_star_discs() && !parameters.stars.white_point &&
          scene.unit != PixelUnit::magnitude &&
          (!scene.stars.empty() ||
-          (parameters.sampling.stars_per_pixel > 0 && has_star_field(scene)));
+          (parameters.sampling.draws_stars() && has_star_field(scene)));
 }
 
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {

@@ -301,9 +301,9 @@ std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& cam
 bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera) {
   if (camera.projection() != Projection::sky || parameters.camera.supersample) return false;
-  // Stars that are drawn one by one are not light of rays.
+  // Stars that the file wants drawn one by one are not light of rays.
   const auto has_stars = [](const auto& component) { return component->star_field() != nullptr; };
-  if (parameters.sampling.stars_per_pixel > 0 &&
+  if (parameters.sampling.stars_per_pixel.value_or(0) > 0 &&
       std::ranges::any_of(galaxy.galaxy->components(), has_stars)) {
     return false;
   }

@@ -43,9 +43,11 @@ ParameterSection SamplingSettings::section() {
                              "rms relative error over pixels above 1 % of the peak (adaptive "
                              "sampler); also the limit below which faint light has no texture")
                .usual_logarithmic(0.0001, 0.1),
-           Parameter::number("stars_per_pixel", "", Interval::closed(0, most_stars_per_pixel), 1.0,
+           Parameter::number("stars_per_pixel", "", Interval::closed(0, most_stars_per_pixel),
+                             std::nullopt,
                              "expected number of individual stars of a star field in the pixel "
-                             "with the most; other stars are smooth light")},
+                             "with the most; other stars are smooth light; by default 1, and 0 for "
+                             "galaxies of at most 256 pixels across in calibrated sky views")},
           {{"step", "sampler", {"uniform"}}}};
 }
 
@@ -54,7 +56,7 @@ SamplingSettings SamplingSettings::read(const ParameterSet& values) {
   return {.sampler = is_uniform ? SamplerKind::uniform : SamplerKind::adaptive,
           .step = values.number("step"),
           .tolerance = values.number("tolerance"),
-          .stars_per_pixel = values.number("stars_per_pixel")};
+          .stars_per_pixel = optional_number(values, "stars_per_pixel")};
 }
 
 }  // namespace gamer

@@ -50,9 +50,9 @@ struct Accuracy {
   /// Distance of rays, in widest footprints, below which noise and arms need no closer rays.
   /// Controls the light of clumps that rays would miss or count twice.
   double ray_spacing;
-  /// Brightness, as a share of a component's peak, below which rays are farther apart. Controls the
-  /// light of faint outskirts.
-  double faint_brightness;
+  /// Brightness, as a share of a component's peak, below which rays are farther apart; the second
+  /// one for galaxies whose flux is fixed by their own rays. Controls the light of faint outskirts.
+  double faint_brightness, fixed_flux_faint_brightness;
   /// Distance of rays, in widest footprints, below which an edge needs no closer rays. Controls the
   /// light at the edges of bars.
   double edge_spacing;
@@ -120,7 +120,8 @@ struct Accuracy {
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * std::pow(rough, 0.3),
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8 * std::pow(rough, 0.2),
-            .faint_brightness = 0.02 * std::min(t / 1e-3, 1.0) * std::pow(rough, 1.1),
+            .faint_brightness = 0.25 * std::log10(rough),
+            .fixed_flux_faint_brightness = 0.02 * std::min(t / 1e-3, 1.0) * std::pow(rough, 1.1),
             .edge_spacing = 0.8 * std::pow(rough, 0.2) * std::log10(rough),
             .fixed_flux_spacing = std::max(4 * std::pow(std::min(t / 1e-3, 1e-3 / t), 0.3), 1.0),
             .most_dimmed = std::min(0.003 * std::pow(t / 1e-3, 1.5), 1.0),

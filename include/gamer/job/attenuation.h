@@ -22,7 +22,7 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
                              const Camera& camera, PixelUnit unit, bool is_draft);
 
 /// Decides which galaxies of a job are layers: those that can be, whatever else the scene holds.
-/// Drafts have none.
+/// Drafts have none. The stars of these galaxies are smooth light, also in drafts.
 void choose_layers(RenderJob& job, bool is_draft);
 
 /// The footprints of the parallel rays of apply_attenuation().

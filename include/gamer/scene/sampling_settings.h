@@ -28,7 +28,10 @@ struct SamplingSettings {
   SamplerKind sampler = SamplerKind::adaptive;
   double step = 0.01;  ///< galaxy radii
   double tolerance = 1e-3;
-  double stars_per_pixel = 0;
+  std::optional<double> stars_per_pixel;  ///< none unless the file gives it
+
+  /// Whether any stars of star fields are drawn one by one.
+  bool draws_stars() const { return stars_per_pixel.value_or(1) > 0; }
 };
 
 }  // namespace gamer

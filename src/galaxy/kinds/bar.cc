@@ -333,28 +333,27 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
 
 double Bar::brightness(const double o[3], const double d[3], double plane, double axis,
                        double reach) const {
-  const double b = shape_.half_length * shape_.axis_ratio;
-  const double rise = reach * std::sqrt(std::max(1 - d[2] * d[2], 0.0));
-  const auto outside = [](double distance, double within) {
+  const auto beyond = [](double distance, double within) {
     return std::max(distance - within, 0.0);
   };
+  // A neighbour of the ray is nearer to the plane by up to `rise`, and nearer to the axis.
+  const double b = shape_.half_length * shape_.axis_ratio;
+  const double rise = reach * std::sqrt(std::max(1 - d[2] * d[2], 0.0));
   const auto at = [&](double t) {
     const double u = std::abs(o[0] + t * d[0]), v = std::abs(o[1] + t * d[1]);
-    double value = body(outside(metric(u, v), reach / b)) / body(0);
+    double value = body(beyond(metric(u, v), reach / (least_metric * b))) / body(0);
     if (shape_.ansae > 0) {
-      const double along =
-          outside(std::abs(u - ansa_radius), reach / shape_.half_length) / ansa_length;
-      const double across = outside(v, reach / b) / ansa_width;
+      const double far = beyond(std::abs(u - ansa_radius), reach / shape_.half_length);
+      const double along = far / ansa_length, across = beyond(v, reach / b) / ansa_width;
       value += shape_.ansae * std::exp(-0.5 * (along * along + across * across));
     }
-    const double cosh =
-        std::cosh(std::min(outside(std::abs(o[2] + t * d[2]), rise) / highest_, 100.0));
+    const double cosh = std::cosh(beyond(std::abs(o[2] + t * d[2]), rise) / highest_);
     return value / (cosh * cosh);
   };
   // The envelope is largest near the plane, shifted towards the axis along grazing rays.
   const double fall = std::hypot(d[0], d[1]) * std::max(shape_.decline, 1 / shape_.cut);
   const double across = std::abs(d[2]) / highest_;
-  const double shift = across > 0 ? 0.5 * fall / (across * across) : 0.0;
+  const double shift = across > 0 ? 0.5 * fall / (across * across) + rise / std::abs(d[2]) : 0.0;
   const double near = plane + std::clamp(axis - plane, -shift, shift);
   return std::min(std::max({at(plane), at(near), at(0.5 * (plane + near))}), 1.0);
 }

@@ -95,19 +95,24 @@ double Layer::brightness(const double nearest[3], const double direction[3], dou
   const double plane = d[2] != 0 ? std::clamp(-o[2] / d[2], -half_chord, half_chord) : axis;
   const double height = shape_.z0 * shape_.flare_at(std::min(m_at(plane), 1.0));
   const double across = std::abs(d[2]) / height;
-  if (shape_.radial.is_ring()) {
-    const double far = across > 0 ? std::min(seen_heights / across, half_chord) : half_chord;
-    const double begin = plane - far, end = plane + far;
-    const double inside = m_at(std::clamp(axis, begin, end));
-    return law_.bound(inside, std::max(m_at(begin), m_at(end))) / law_.peak();
-  }
-  const double shift = across > 0 ? brightest_shift(std::sqrt(dd) / law_.length(), across) : 0.0;
-  const double place = plane + std::clamp(axis - plane, -shift, shift);
-  // A neighbour of the ray may pass nearer to the plane.
+  // A neighbour of the ray is nearer to the plane by up to `rise`, and nearer to the axis.
   const double rise = reach * std::sqrt(std::max(1 - d[2] * d[2], 0.0));
-  const double z = std::max(std::abs(o[2] + place * d[2]) - rise, 0.0);
-  const double cosh = std::cosh(z / height);
-  return std::exp(law_.logarithm(m_at(place))) / (law_.peak() * cosh * cosh);
+  const double sideways = reach / shape_.radial.axis_ratio;
+  const double neighbours = across > 0 ? rise / std::abs(d[2]) : half_chord;
+  if (shape_.radial.is_ring()) {
+    const double far = across > 0 ? seen_heights / across + neighbours : half_chord;
+    const double begin = plane - std::min(far, half_chord);
+    const double end = plane + std::min(far, half_chord);
+    const double inside = m_at(std::clamp(axis, begin, end)) - sideways;
+    const double outside = std::max(m_at(begin), m_at(end)) + sideways;
+    return law_.bound(std::max(inside, 0.0), outside) / law_.peak();
+  }
+  const double shift =
+      (across > 0 ? brightest_shift(std::sqrt(dd) / law_.length(), across) : 0.0) + neighbours;
+  const double place = plane + std::clamp(axis - plane, -shift, shift);
+  const double cosh = std::cosh(std::max(std::abs(o[2] + place * d[2]) - rise, 0.0) / height);
+  const double m = m_at(place);
+  return law_.bound(std::max(m - sideways, 0.0), m + sideways) / (law_.peak() * cosh * cosh);
 }
 
 ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
@@ -140,9 +145,7 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   }
   return {.envelope = scale,
           .texture = texture,
-          .brightness = std::min(
-              brightness(nearest, direction, half_chord, reach) * std::exp(reach / law_.length()),
-              1.0)};
+          .brightness = std::min(brightness(nearest, direction, half_chord, reach), 1.0)};
 }
 
 /// A ray through a layer, in the coordinates of RadialLaw::stretch().

@@ -118,7 +118,7 @@ ComponentKind starfield_kind() {
                                                          Interval::closed(1, largest_number), 1e11,
                                                          "number of stars in the galaxy, including "
                                                          "stars that are never drawn individually")
-                                           .usual_logarithmic(1000000.0, 1000000000000.0)} +
+                                           .usual_logarithmic(100000.0, 1000000000000.0)} +
                         StellarPopulation::parameters(),
           .noise = noise,
           .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {

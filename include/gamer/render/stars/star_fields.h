@@ -75,7 +75,8 @@ class StarFields {
              float* out) const;
   };
 
-  /// Without a camera, or if `stars_per_pixel` is 0, all stars are smooth light.
+  /// All stars are smooth light if `stars_per_pixel` is 0, and those of galaxies that draw none
+  /// (PlacedGalaxy::draws_stars).
   StarFields(const Scene& scene, const Camera& camera, double stars_per_pixel);
 
   bool empty() const { return fields_.empty(); }
