@@ -28,7 +28,7 @@ struct SamplingSettings {
   SamplerKind sampler = SamplerKind::adaptive;
   double step = 0.01;  ///< galaxy radii
   double tolerance = 1e-3;
-  double stars_per_pixel = 0;
+  double stars_per_pixel = 1;
 };
 
 }  // namespace gamer
