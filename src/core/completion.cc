@@ -1,9 +1,7 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <string_view>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 #include "gamer/core/manual.h"
 #include "gamer/core/near.h"
 
@@ -196,8 +194,7 @@ std::string zsh_completion(const Manual& manual) {
       "  compadd -- ${{names%% *}}\n"
       "}}\n"
       "_{0}_first() {{\n"
-      "  compadd -- {1}\n{2}"
-      "}}\n"
+      "  compadd -- {1}\n{2}}}\n"
       "_{0}() {{\n"
       "  local command= word\n"
       "  for word in \"${{(@)words[2,CURRENT - 1]}}\"; do\n{3}  done\n"
@@ -223,8 +220,8 @@ std::string manual_text(const Manual& manual, const std::string& format) {
   if (format == "man") return man_page(manual);
   if (format == "bash") return bash_completion(manual);
   if (format == "zsh") return zsh_completion(manual);
-  throw InputError(fmt::format("{}: --print-manual: unknown format {}; known are man, bash, zsh",
-                               manual.program, in_quotes(format)));
+  throw input_error("{}: --print-manual: unknown format {}; known are man, bash, zsh",
+                    manual.program, in_quotes(format));
 }
 
 }  // namespace gamer

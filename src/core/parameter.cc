@@ -1,11 +1,10 @@
 #include "gamer/core/parameter.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/near.h"
 #include "gamer/core/type_name.h"
 
@@ -265,6 +264,18 @@ const T& get(const ParameterSet& set, std::string_view name) {
 
 }  // namespace
 
+Interval Interval::usual(double from, double to) const {
+  Interval result = *this;
+  result.usual_range = UsualRange{from, to, false};
+  return result;
+}
+
+Interval Interval::usual_logarithmic(double from, double to) const {
+  Interval result = usual(from, to);
+  result.usual_range->is_logarithmic = true;
+  return result;
+}
+
 bool Interval::contains(double x) const {
   return (low_open ? x > low : x >= low) && (high_open ? x < high : x <= high);
 }
@@ -361,18 +372,6 @@ ParameterTable operator+(ParameterTable a, const ParameterTable& b) {
   return a;
 }
 
-Parameter Parameter::usual(double low, double high) const {
-  Parameter parameter = *this;
-  parameter.usual_range = UsualRange{low, high, false};
-  return parameter;
-}
-
-Parameter Parameter::usual_logarithmic(double low, double high) const {
-  Parameter parameter = *this;
-  parameter.usual_range = UsualRange{low, high, true};
-  return parameter;
-}
-
 Parameter required(Parameter parameter) {
   parameter.required = true;
   return parameter;
@@ -428,8 +427,7 @@ ParameterSet ParameterSet::read(const ParameterTable& table, const ConfigNode& n
                                 const std::string& context, const std::string& known_where,
                                 std::span<const std::string> skip) {
   if (!node.is_table()) {
-    throw InputError(node.where,
-                     fmt::format("{}must be a table, not {}", context, node.type_name()));
+    throw input_error(node.where, "{}must be a table, not {}", context, node.type_name());
   }
   ParameterSet result(table);
   result.context_ = context;
@@ -440,9 +438,8 @@ ParameterSet ParameterSet::read(const ParameterTable& table, const ConfigNode& n
       std::vector<std::string> known = names_of(table);
       known.insert(known.end(), skip.begin(), skip.end());
       const std::string place = known_where.empty() ? "" : " " + known_where;
-      throw InputError(member.key_where,
-                       fmt::format("{}unknown key {}{}{}", context, in_quotes(key), place,
-                                   did_you_mean(key, known)));
+      throw input_error(member.key_where, "{}unknown key {}{}{}", context, in_quotes(key), place,
+                        did_you_mean(key, known));
     }
     Entry& entry = result.entries_[static_cast<std::size_t>(declared - table.begin())];
     entry = {Reader(*declared, context).read(member), true, member.where};
@@ -451,8 +448,7 @@ ParameterSet ParameterSet::read(const ParameterTable& table, const ConfigNode& n
     const bool is_skipped = std::ranges::find(skip, parameter.name) != skip.end();
     if (parameter.required && !is_skipped && !result.is_given(parameter.name)) {
       const std::string place = known_where.empty() ? "" : " " + known_where;
-      throw InputError(node.where,
-                       fmt::format("{}missing key '{}'{}", context, parameter.name, place));
+      throw input_error(node.where, "{}missing key '{}'{}", context, parameter.name, place);
     }
   }
   return result;
@@ -505,7 +501,7 @@ void ParameterSet::set(std::string_view name, const ParameterValue& value) {
   if (!std::holds_alternative<std::monostate>(value)) {
     entries_[i].value = Reader(parameter, context_).read(node_of(value, parameter.type));
   } else if (parameter.required) {
-    throw InputError(fmt::format("{}missing key '{}'", context_, name));
+    throw input_error("{}missing key '{}'", context_, name);
   } else {
     entries_[i].value = {};
   }

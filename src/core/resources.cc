@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 
 namespace gamer {

@@ -3,6 +3,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "galaxy/arm_courses.cc"
 #include "core/message.h"
+#include "gamer/core/bound_parameter.h"
 #include "hwy/foreach_target.h"
 
 #include <algorithm>
@@ -11,7 +12,6 @@
 #include <numeric>
 
 #include "galaxy/arm_courses-inl.h"
-#include "gamer/core/error.h"
 #include "gamer/core/random.h"
 #include "gamer/core/units.h"
 
@@ -110,14 +110,17 @@ struct ArmCourses::Arm {
   double strength = 1, width = 1;
   double begin = 0;
   double end = HUGE_VAL;  ///< beyond the galaxy for an arm without end
-  double pitch_variation = 0, segment_length = 1;
-  double strength_variation = 0, beat_length = 1;
+  double pitch_variation = 0, segment_length = 0.25;
+  double strength_variation = 0, beat_length = 0.15;
   double width_growth = 0;
   std::vector<double> kinks;    ///< increasing radii
   std::vector<double> pitches;  ///< radians; empty for the pattern's law
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 1;
   double spacing = turn;  ///< angle between neighbouring trunks
 
+  /// The keys of [arms] that hold for each arm, and those of [[arm]].
+  BoundTable common_keys();
+  BoundTable own_keys();
   /// Offset of each node.
   std::vector<double> offsets(const ArmPattern& pattern) const;
   /// Strength of each node.
@@ -200,57 +203,51 @@ std::vector<double> ArmCourses::Arm::strengths() const {
   return result;
 }
 
-ParameterTable ArmCourses::common_table() {
+BoundTable ArmCourses::Arm::common_keys() {
   return {
-      Parameter::number("begin", "galaxy radii", Interval::right_open(0, 1), 0.0,
-                        "radius at which arms begin; they rise over 0.08"),
-      Parameter::number("end", "galaxy radii", Interval::left_open(0, 2), std::nullopt,
-                        "radius at which arms have faded, over 0.2; by default they do not end")
-          .usual(0.2, 1.5),
-      Parameter::number("pitch_variation", "", Interval::closed(0, 0.6), 0.0,
-                        "relative deviation of tan p of the segments of an arm, 0.2 to 0.3 in "
-                        "most galaxies"),
-      Parameter::number("segment_length", "galaxy radii", Interval::closed(0.03, 2), 0.25,
-                        "mean length of segments of one pitch angle, in radius")
-          .usual(0.05, 0.6),
-      Parameter::number("strength_variation", "", Interval::closed(0, 1), 0.0,
-                        "depth of the beats of strength along an arm"),
-      Parameter::number("beat_length", "galaxy radii", Interval::closed(0.02, 2), 0.15,
-                        "mean distance of minima of strength, in radius")
-          .usual(0.03, 0.5),
-      Parameter::number("width_growth", "", Interval::closed(-2, 2), 0.0,
-                        "g: widths as angles are multiplied by (2 r)^g; at 0 arms widen as r"),
-      Parameter::integer("seed", "", Interval::right_open(0, largest_seed), 1,
-                         "chooses segments and beats, for all galaxies of the file"),
-  };
+      {begin, "begin", "galaxy radii", Interval::right_open(0, 1),
+       "radius at which arms begin; they rise over 0.08"},
+      without_default({end, "end", "galaxy radii", Interval::left_open(0, 2).usual(0.2, 1.5),
+                       "radius at which arms have faded, over 0.2; by default they do not end"}),
+      {pitch_variation, "pitch_variation", "", Interval::closed(0, 0.6),
+       "relative deviation of tan p of the segments of an arm, 0.2 to 0.3 in most galaxies"},
+      {segment_length, "segment_length", "galaxy radii", Interval::closed(0.03, 2).usual(0.05, 0.6),
+       "mean length of segments of one pitch angle, in radius"},
+      {strength_variation, "strength_variation", "", Interval::closed(0, 1),
+       "depth of the beats of strength along an arm"},
+      {beat_length, "beat_length", "galaxy radii", Interval::closed(0.02, 2).usual(0.03, 0.5),
+       "mean distance of minima of strength, in radius"},
+      {width_growth, "width_growth", "", Interval::closed(-2, 2),
+       "g: widths as angles are multiplied by (2 r)^g; at 0 arms widen as r"},
+      {seed, "seed", "", Interval::right_open(0, largest_seed),
+       "chooses segments and beats, for all galaxies of the file"}};
 }
 
-ParameterTable ArmCourses::arm_table() {
-  return {
-      Parameter::number("offset", "deg", Interval::any(), std::nullopt,
-                        "angle of the arm; by default arms are evenly spread")
-          .usual(-360, 360),
-      Parameter::number("strength", "", Interval::closed(0, 1), 1.0,
-                        "contrast of the arm against the full one"),
-      Parameter::number("width", "", Interval::closed(0.1, 10), 1.0,
-                        "width relative to that of the component")
-          .usual_logarithmic(0.2, 5),
-      Parameter::number("begin", "galaxy radii", Interval::right_open(0, 1), std::nullopt,
-                        "radius at which the arm begins; default that of [arms]"),
-      Parameter::number("end", "galaxy radii", Interval::left_open(0, 2), std::nullopt,
-                        "radius at which the arm has faded; default that of [arms]")
-          .usual(0.2, 1.5),
-      Parameter::numbers("pitch_angles", "deg", Interval::open(0, 90), std::nullopt,
-                         "pitch angle of each segment, from inside; default the law of [arms]"),
-      Parameter::numbers("kinks", "galaxy radii", Interval::open(0, 1), std::nullopt,
-                         "radii between these segments, one fewer"),
-      Parameter::integer("leaves", "", Interval::closed(1, 64), std::nullopt,
-                         "number of the arm, from 1, that this branch leaves at its begin"),
-      Parameter::integer("seed", "", Interval::right_open(0, largest_seed), std::nullopt,
-                         "chooses its segments and beats; default the seed of [arms] and its "
-                         "number"),
-  };
+BoundTable ArmCourses::Arm::own_keys() {
+  return {Parameter::number("offset", "deg", Interval::any().usual(-360, 360), std::nullopt,
+                            "angle of the arm; by default arms are evenly spread"),
+          {strength, "strength", "", Interval::closed(0, 1),
+           "contrast of the arm against the full one"},
+          {width, "width", "", Interval::closed(0.1, 10).usual_logarithmic(0.2, 5),
+           "width relative to that of the component"},
+          without_default({begin, "begin", "galaxy radii", Interval::right_open(0, 1),
+                           "radius at which the arm begins; default that of [arms]"}),
+          without_default({end, "end", "galaxy radii", Interval::left_open(0, 2).usual(0.2, 1.5),
+                           "radius at which the arm has faded; default that of [arms]"}),
+          Parameter::numbers("pitch_angles", "deg", Interval::open(0, 90), std::nullopt,
+                             "pitch angle of each segment, from inside; default the law of [arms]"),
+          without_default({kinks, "kinks", "galaxy radii", Interval::open(0, 1),
+                           "radii between these segments, one fewer"}),
+          Parameter::integer("leaves", "", Interval::closed(1, 64), std::nullopt,
+                             "number of the arm, from 1, that this branch leaves at its begin"),
+          without_default(
+              {seed, "seed", "", Interval::right_open(0, largest_seed),
+               "chooses its segments and beats; default the seed of [arms] and its number"})};
 }
+
+ParameterTable ArmCourses::common_table() { return declarations(Arm().common_keys()); }
+
+ParameterTable ArmCourses::arm_table() { return declarations(Arm().own_keys()); }
 
 std::int64_t ArmCourses::trunks(const ConfigNode& list) {
   if (!list.is_array()) throw InputError(list.key_where, "write [[arm]], with double brackets");
@@ -278,10 +275,9 @@ std::vector<ParameterSet> read_arms(const ConfigNode& list) {
     result.push_back(ParameterSet::read(ArmCourses::arm_table(), node, context, "in [[arm]]"));
     const ParameterSet& own = result.back();
     if (own.is_given("leaves") && own.is_given("offset")) {
-      throw InputError(own.where("offset"),
-                       context +
-                           "'leaves' and 'offset' exclude each other: a branch begins on the "
-                           "arm that it leaves");
+      throw InputError(own.where("offset"), context +
+                                                "'leaves' and 'offset' exclude each other: a "
+                                                "branch begins on the arm that it leaves");
     }
     if (own.is_given("leaves") && own.integer("leaves") >= std::ssize(result)) {
       throw InputError(own.where("leaves"),
@@ -318,27 +314,14 @@ ArmCourses::ArmCourses(const ArmPattern& pattern, const ParameterSet& common,
   std::vector<std::size_t> places;
   std::size_t trunk = 0, branch = static_cast<std::size_t>(trunks_);
   for (const ParameterSet& values : arms) {
-    const auto either = [&](const char* key) {
-      return values.has(key) ? values.number(key) : common.has(key) ? common.number(key) : HUGE_VAL;
-    };
     Arm arm;
-    arm.strength = values.number("strength");
-    arm.width = values.number("width");
-    arm.begin = either("begin");
-    arm.end = either("end");
-    arm.pitch_variation = common.number("pitch_variation");
-    arm.segment_length = common.number("segment_length");
-    arm.strength_variation = common.number("strength_variation");
-    arm.beat_length = common.number("beat_length");
-    arm.width_growth = common.number("width_growth");
-    if (values.has("kinks")) arm.kinks = values.numbers("kinks");
+    put_values(common, arm.common_keys());
+    put_values(values, arm.own_keys());
     if (values.has("pitch_angles")) {
       for (const double angle : values.numbers("pitch_angles"))
         arm.pitches.push_back(angle * degree);
     }
-    const auto seed = static_cast<std::uint64_t>(values.has("seed") ? values.integer("seed")
-                                                                    : common.integer("seed"));
-    arm.seed = values.has("seed") ? seed : hash_words({seed, places.size() + 1});
+    if (!values.has("seed")) arm.seed = hash_words({arm.seed, places.size() + 1});
     arm.spacing = turn / std::max(trunks_, 1);
     if (values.has("leaves")) {
       const std::size_t left = places[static_cast<std::size_t>(values.integer("leaves")) - 1];

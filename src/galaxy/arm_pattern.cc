@@ -155,22 +155,18 @@ ParameterTable ArmPattern::table() {
   const ParameterTable law = {
       Parameter::choice("model", {"ringermacher-mead", "logarithmic", "none"}, "none",
                         "winding law of the arms"),
-      Parameter::number("winding_b", "", Interval::left_open(0, 100), 0.5,
-                        "W_B of ringermacher-mead: larger sweeps more, with a smaller bar")
-          .usual_logarithmic(0.1, 5),
-      Parameter::number("winding_n", "", Interval::left_open(0, 100), 4.0,
-                        "W_N of ringermacher-mead: larger winds tighter")
-          .usual(0.5, 16),
-      Parameter::number("pitch_angle", "deg", Interval::open(0, 90), 15.0,
-                        "pitch angle p of logarithmic")
-          .usual(4, 60),
-      Parameter::number("scale", "galaxy radii", Interval::left_open(0, 10), std::nullopt,
+      Parameter::number("winding_b", "", Interval::left_open(0, 100).usual_logarithmic(0.1, 5), 0.5,
+                        "W_B of ringermacher-mead: larger sweeps more, with a smaller bar"),
+      Parameter::number("winding_n", "", Interval::left_open(0, 100).usual(0.5, 16), 4.0,
+                        "W_N of ringermacher-mead: larger winds tighter"),
+      Parameter::number("pitch_angle", "deg", Interval::open(0, 90).usual(4, 60), 15.0,
+                        "pitch angle p of logarithmic"),
+      Parameter::number("scale", "galaxy radii",
+                        Interval::left_open(0, 10).usual_logarithmic(0.03, 3), std::nullopt,
                         "A: radius at which the pattern turns; default 1 for ringermacher-mead, "
-                        "0.1 for logarithmic")
-          .usual_logarithmic(0.03, 3),
-      Parameter::integer("count", "", Interval::closed(0, most_arms), 2,
-                         "number of arms, evenly spread")
-          .usual(0, 8),
+                        "0.1 for logarithmic"),
+      Parameter::integer("count", "", Interval::closed(0, most_arms).usual(0, 8), 2,
+                         "number of arms, evenly spread"),
       Parameter::numbers("offsets", "deg", Interval::any(), std::nullopt,
                          "angles of the arms; by default they are evenly spread"),
       Parameter::integer("handedness", "", Interval::closed(-1, 1), 1, "1 or -1: sense of winding"),

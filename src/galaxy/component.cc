@@ -52,10 +52,11 @@ ParameterTable light_parameters(bool has_own_spectrum) {
                             "name or file of the spectrum of all stars, instead of blackbodies")
           : required(
                 Parameter::text("sed", std::nullopt, "name or file of its spectrum in `seds/`")),
-      Parameter::number("intensity", "", Interval::closed(0, largest_intensity), std::nullopt,
+      Parameter::number("intensity", "",
+                        Interval::closed(0, largest_intensity).usual_logarithmic(0.001, 1000.0),
+                        std::nullopt,
                         "I_m, central emissivity at 5500 Angstrom where envelope and noise are 1: "
-                        "0 or at least 1e-12; default 1")
-          .usual_logarithmic(0.001, 1000.0),
+                        "0 or at least 1e-12; default 1"),
       Parameter::number(
           "fraction", "", Interval::left_open(0, 1), std::nullopt,
           "instead of `intensity`: share of the galaxy's dust-free light at 5500 Angstrom"),
@@ -65,9 +66,8 @@ ParameterTable light_parameters(bool has_own_spectrum) {
 /// The keys of dust.
 ParameterTable dust_parameters() {
   return {
-      Parameter::number("optical_depth", "", Interval::closed(0, 1000), 1.0,
-                        "tau_V, face-on optical depth at V through the middle")
-          .usual_logarithmic(0.02, 50),
+      Parameter::number("optical_depth", "", Interval::closed(0, 1000).usual_logarithmic(0.02, 50),
+                        1.0, "tau_V, face-on optical depth at V through the middle"),
       Parameter::text("extinction", "ccm89", "extinction curve: \"ccm89\" or a file"),
       Parameter::number("r_v", "", Interval::closed(2, 6), 3.1, "R_V of ccm89"),
   };

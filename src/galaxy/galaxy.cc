@@ -54,9 +54,8 @@ ParameterTable Galaxy::table() {
   return {
       Parameter::text("name", std::string(), "for people"),
       Parameter::text("description", std::string(), "for people"),
-      Parameter::vector3("axis", "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
-                         "stretch of the whole galaxy along x, y, z")
-          .usual(0.2, 2),
+      Parameter::vector3("axis", "", Interval::left_open(0, 10).usual(0.2, 2),
+                         std::vector<double>{1, 1, 1}, "stretch of the whole galaxy along x, y, z"),
       Parameter::text("solo", std::string(),
                       "name of the only component that is seen, with its share of the whole "
                       "galaxy's light; dust is hidden"),

@@ -327,12 +327,8 @@ HelicalMap HelicalMap::along(const SpiralCoordinates& coordinates, double freque
 HelicalMap HelicalMap::isotropic(const SpiralCoordinates& coordinates, double frequency) {
   const double around =
       frequency * coordinates.count() * std::hypot(1.0, 1 / coordinates.reference_tangent());
-  HelicalMap map;
-  map.p = static_cast<int>(std::max(std::round(around), 1.0));
-  map.q = 0;
-  map.x_slope = 0;
-  map.y_slope = map.p / turn;
-  return map;
+  const int p = static_cast<int>(std::max(std::round(around), 1.0));
+  return {.x_slope = 0, .y_slope = p / turn, .p = p, .q = 0};
 }
 
 double HelicalMap::x_frequency() const { return std::hypot(x_slope, p / turn); }

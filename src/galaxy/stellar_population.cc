@@ -122,23 +122,20 @@ ParameterTable StellarPopulation::parameters() {
       Parameter::text(
           "luminosity_function", std::string(power_law),
           "`powerlaw`, or a file in `luminosities/` with columns L, dN/dlnL and optionally T"),
-      Parameter::number("luminosity_low", "", Interval::closed(1e-12, 1), 1e-3,
+      Parameter::number("luminosity_low", "",
+                        Interval::closed(1e-12, 1).usual_logarithmic(1e-05, 1), 1e-3,
                         "luminosity of the faintest stars at 5500 Angstrom, in any unit, such as "
-                        "the Sun's (powerlaw)")
-          .usual_logarithmic(1e-05, 1),
-      Parameter::number("luminosity_high", "", Interval::closed(10, 1e12), 1e5,
-                        "luminosity of the brightest stars (powerlaw)")
-          .usual_logarithmic(100.0, 10000000.0),
-      Parameter::number("luminosity_slope", "", Interval::closed(-10, 10), 1.7,
-                        "dN/dL ~ L^-slope (powerlaw)")
-          .usual(1, 3),
+                        "the Sun's (powerlaw)"),
+      Parameter::number("luminosity_high", "",
+                        Interval::closed(10, 1e12).usual_logarithmic(100.0, 10000000.0), 1e5,
+                        "luminosity of the brightest stars (powerlaw)"),
+      Parameter::number("luminosity_slope", "", Interval::closed(-10, 10).usual(1, 3), 1.7,
+                        "dN/dL ~ L^-slope (powerlaw)"),
       Parameter::number(
-          "temperature", "K", Interval::closed(coldest, hottest), 5000.0,
-          "temperature of stars of luminosity 1; not with a file that has temperatures")
-          .usual_logarithmic(3000, 30000),
-      Parameter::number("temperature_slope", "", Interval::closed(-2, 2), 0.05,
-                        "T ~ L^slope; not with a file that has temperatures")
-          .usual(-0.2, 0.5),
+          "temperature", "K", Interval::closed(coldest, hottest).usual_logarithmic(3000, 30000),
+          5000.0, "temperature of stars of luminosity 1; not with a file that has temperatures"),
+      Parameter::number("temperature_slope", "", Interval::closed(-2, 2).usual(-0.2, 0.5), 0.05,
+                        "T ~ L^slope; not with a file that has temperatures"),
       Parameter::number("temperature_scatter", "dex", Interval::closed(0, 0.5), 0.13,
                         "standard deviation of log10 T at one luminosity"),
   };

@@ -215,6 +215,14 @@ std::size_t DataTable::rows() const {
   return std::visit([](const auto& values) { return values.size(); }, columns.front().values);
 }
 
+void DataTable::check_lengths() const {
+  for (const DataColumn& column : columns) {
+    if (std::visit([](const auto& values) { return values.size(); }, column.values) != rows()) {
+      throw std::invalid_argument(fmt::format("table {}: columns differ in length", name));
+    }
+  }
+}
+
 DataTable read_data_table(const std::filesystem::path& path, const std::string& hdu) {
   FitsFile file = FitsFile::open(path, path.string());
   if (!hdu.empty()) {
@@ -251,12 +259,9 @@ DataTable read_data_table(const std::filesystem::path& path, const std::string& 
 }
 
 void write_data_table(FitsFile& file, const DataTable& table, const std::vector<Card>& common) {
+  table.check_lengths();
   std::vector<std::string> names, forms, units;
   for (const DataColumn& column : table.columns) {
-    if (std::visit([](const auto& values) { return values.size(); }, column.values) !=
-        table.rows()) {
-      throw std::invalid_argument(fmt::format("table {}: columns differ in length", table.name));
-    }
     names.push_back(percent_encode(column.name));
     forms.push_back(column_form(column));
     units.push_back(percent_encode(column.unit));

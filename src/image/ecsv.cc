@@ -98,19 +98,10 @@ void append_cell(std::string& text, const DataColumn& column, std::size_t row) {
   }
 }
 
-void check_lengths(const DataTable& table) {
-  for (const DataColumn& column : table.columns) {
-    if (std::visit([](const auto& values) { return values.size(); }, column.values) !=
-        table.rows()) {
-      throw std::invalid_argument(fmt::format("table {}: columns differ in length", table.name));
-    }
-  }
-}
-
 /// Calls `take` with the head and with each line.
 template <class Take>
 void make_lines(const DataTable& table, const Take& take) {
-  check_lengths(table);
+  table.check_lengths();
   take(head(table));
   std::string line;
   for (std::size_t row = 0; row < table.rows(); ++row) {
@@ -127,7 +118,7 @@ void make_lines(const DataTable& table, const Take& take) {
 }  // namespace
 
 void write_ecsv(const std::filesystem::path& path, const DataTable& table) {
-  check_lengths(table);
+  table.check_lengths();
   constexpr bool overwrite = true;
   write_file(path, overwrite, [&](std::FILE* file) {
     make_lines(table, [&](const std::string& text) {

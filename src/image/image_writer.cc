@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/new_file.h"
 #include "gamer/image/picture.h"
@@ -167,19 +166,18 @@ void check_memory(const OutputOptions& options, const ImageHeader& header, Image
     const std::uint64_t needed =
         picture_memory(width, height, static_cast<int>(header.labels.size()));
     if (needed > available) {
-      refuse(options,
-             fmt::format("a picture of {} x {} pixels needs {} of memory, {} is available; "
-                         "FITS files are written row by row and need little",
-                         width, height, bytes_text(needed), bytes_text(available)));
+      refuse(options, fmt::format("a picture of {} x {} pixels needs {} of memory, {} is "
+                                  "available; FITS files are written row by row and need little",
+                                  width, height, bytes_text(needed), bytes_text(available)));
     }
   }
   if (header.healpix) {
     if (const std::uint64_t needed = healpix_memory(options, header); needed > available) {
       refuse(options,
-             fmt::format("a HEALPix map of nside = {} and {} plane{} needs {} of memory, "
-                         "{} is available",
-                         header.healpix->nside, header.planes(), header.planes() == 1 ? "" : "s",
-                         bytes_text(needed), bytes_text(available)));
+             fmt::format(
+                 "a HEALPix map of nside = {} and {} plane{} needs {} of memory, {} is available",
+                 header.healpix->nside, header.planes(), header.planes() == 1 ? "" : "s",
+                 bytes_text(needed), bytes_text(available)));
     }
   }
 }

@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include "core/message.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/config.h"
 #include "gamer/core/near.h"
 
@@ -11,47 +12,38 @@ namespace {
 
 constexpr double most_exposures = 1e6;
 
-std::optional<double> optional_number(const ParameterSet& values, std::string_view key) {
-  if (!values.has(key)) return std::nullopt;
-  return values.number(key);
+BoundTable instrument_keys(Instrument& p) {
+  return {required({p.name, "name", "name of the telescope and the camera"}),
+          {p.description, "description", "one line"},
+          required({p.pixel_scale, "pixel_scale", "arcsec", Interval::positive(),
+                    "side of a pixel on the sky"}),
+          required({p.exposure, "exposure", "s", Interval::positive(),
+                    "usual exposure time, of all exposures together"}),
+          {p.exposures, "exposures", "", Interval::closed(1, most_exposures),
+           "exposures that are added up"},
+          required({p.read_noise, "read_noise", "electron", Interval::at_least(0),
+                    "rms of a pixel, of one exposure"}),
+          {p.dark, "dark", "electron/s", Interval::at_least(0), "dark current of a pixel"},
+          {p.gain, "gain", "electron/ADU", Interval::positive(), "electrons of 1 ADU"},
+          {p.full_well, "full_well", "electron", Interval::positive(),
+           "most electrons of a pixel, of one exposure"},
+          choice(p.is_moffat, "psf", {{"gaussian", false}, {"moffat", true}}, "profile of the PSF"),
+          {p.beta, "beta", "", Interval::left_open(1, 100), "exponent of the Moffat profile"}};
+}
+
+BoundTable band_keys(Instrument::Band& p) {
+  return {required(Parameter::text("name", std::nullopt, "name of its bandpass in `bandpasses/`")),
+          required({p.zero_point, "zero_point", "mag", Interval::any(),
+                    "AB magnitude that gives 1 electron/s"}),
+          {p.sky, "sky", "mag/arcsec^2", Interval::any(), "usual AB surface brightness of the sky"},
+          required({p.fwhm, "fwhm", "arcsec", Interval::positive(), "usual FWHM of the PSF"})};
 }
 
 }  // namespace
 
-ParameterTable Instrument::table() {
-  return {
-      required(Parameter::text("name", std::nullopt, "name of the telescope and the camera")),
-      Parameter::text("description", "", "one line"),
-      required(Parameter::number("pixel_scale", "arcsec", Interval::positive(), std::nullopt,
-                                 "side of a pixel on the sky")),
-      required(Parameter::number("exposure", "s", Interval::positive(), std::nullopt,
-                                 "usual exposure time, of all exposures together")),
-      Parameter::integer("exposures", "", Interval::closed(1, most_exposures), 1,
-                         "exposures that are added up"),
-      required(Parameter::number("read_noise", "electron", Interval::at_least(0), std::nullopt,
-                                 "rms of a pixel, of one exposure")),
-      Parameter::number("dark", "electron/s", Interval::at_least(0), 0.0,
-                        "dark current of a pixel"),
-      Parameter::number("gain", "electron/ADU", Interval::positive(), 1.0, "electrons of 1 ADU"),
-      Parameter::number("full_well", "electron", Interval::positive(), std::nullopt,
-                        "most electrons of a pixel, of one exposure"),
-      Parameter::choice("psf", {"gaussian", "moffat"}, "gaussian", "profile of the PSF"),
-      Parameter::number("beta", "", Interval::left_open(1, 100), 3.0,
-                        "exponent of the Moffat profile"),
-  };
-}
+ParameterTable Instrument::table() { return declarations(instrument_keys); }
 
-ParameterTable Instrument::band_table() {
-  return {
-      required(Parameter::text("name", std::nullopt, "name of its bandpass in `bandpasses/`")),
-      required(Parameter::number("zero_point", "mag", Interval::any(), std::nullopt,
-                                 "AB magnitude that gives 1 electron/s")),
-      Parameter::number("sky", "mag/arcsec^2", Interval::any(), std::nullopt,
-                        "usual AB surface brightness of the sky"),
-      required(Parameter::number("fwhm", "arcsec", Interval::positive(), std::nullopt,
-                                 "usual FWHM of the PSF")),
-  };
-}
+ParameterTable Instrument::band_table() { return declarations(band_keys); }
 
 Instrument Instrument::parse(std::string_view text, const std::string& label) {
   const ConfigNode root = parse_toml(text, label);
@@ -68,21 +60,10 @@ Instrument Instrument::parse(std::string_view text, const std::string& label) {
     throw InputError({label, 0, 0}, "an instrument needs [[band]] with name, zero_point and fwhm");
   }
   const ParameterSet values = ParameterSet::read(table(), *section, "", "in [instrument]");
-  Instrument result;
-  result.name = values.text("name");
-  result.description = values.text("description");
-  result.pixel_scale = values.number("pixel_scale");
-  result.exposure = values.number("exposure");
-  result.exposures = static_cast<int>(values.integer("exposures"));
-  result.read_noise = values.number("read_noise");
-  result.dark = values.number("dark");
-  result.gain = values.number("gain");
-  result.full_well = optional_number(values, "full_well");
-  result.is_moffat = values.text("psf") == "moffat";
-  result.beta = values.number("beta");
+  Instrument result = read_object(values, instrument_keys);
   for (const ConfigNode& node : list->array()) {
     const ParameterSet band = ParameterSet::read(band_table(), node, "", "in [[band]]");
-    const Band made{band.number("zero_point"), optional_number(band, "sky"), band.number("fwhm")};
+    Band made = read_object(band, band_keys);
     if (!result.bands.emplace(band.text("name"), made).second) {
       throw input_error(band.where("name"), "band '{}' stands twice", band.text("name"));
     }

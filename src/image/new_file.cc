@@ -4,7 +4,6 @@
 #include <system_error>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "image/private_folder.h"
 #include "image/standard_stream.h"
 

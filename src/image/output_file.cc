@@ -6,7 +6,6 @@
 #include <memory>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "image/standard_stream.h"
 
 namespace gamer {

@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/version.h"
 #include "gamer/image/new_file.h"

@@ -13,7 +13,6 @@
 
 #include "core/message.h"
 #include "core/text.h"
-#include "gamer/core/error.h"
 
 namespace gamer {
 namespace {
@@ -53,18 +52,17 @@ std::optional<TextTable> unpack_png_table(std::span<const unsigned char> data) {
   if (!name || !count_text) return {};
   table.name = *name;
   const std::size_t count = number_of<std::size_t>(*count_text).value_or(0);
-  for (std::size_t column = 0; column < count; ++column) {
-    auto text = take_netstring(left);
-    if (!text) return {};
-    table.columns.push_back(std::move(*text));
-  }
-  while (!left.empty() && count > 0) {
-    std::vector<std::string>& row = table.rows.emplace_back();
+  const auto take_row = [&](std::vector<std::string>& row) {
     for (std::size_t column = 0; column < count; ++column) {
       auto text = take_netstring(left);
-      if (!text) return {};
+      if (!text) return false;
       row.push_back(std::move(*text));
     }
+    return true;
+  };
+  if (!take_row(table.columns)) return {};
+  while (!left.empty() && count > 0) {
+    if (!take_row(table.rows.emplace_back())) return {};
   }
   return table;
 }

@@ -15,7 +15,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/image/new_file.h"
 
 namespace gamer {

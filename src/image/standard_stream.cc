@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/image/clean_up.h"
 
 namespace gamer {

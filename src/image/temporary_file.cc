@@ -12,7 +12,6 @@
 #include <system_error>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 
 namespace gamer {
 namespace {

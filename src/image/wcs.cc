@@ -21,7 +21,6 @@
 #include "core/message.h"
 #include "core/no_value.h"
 #include "core/text.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "image/fits/card_record.h"
 #include "image/wcs_records.h"

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "image/wcs_records.h"
 
 namespace gamer {

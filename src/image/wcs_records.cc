@@ -6,7 +6,6 @@
 
 #include "core/message.h"
 #include "core/text.h"
-#include "gamer/core/error.h"
 #include "image/fits/card_record.h"
 
 namespace gamer {
@@ -20,14 +19,12 @@ std::string_view keyword_of(std::string_view record) {
 bool concerns_celestial_axes(const std::string& key) {
   static const std::regex pattern(
       // One axis: papers I and II (Greisen & Calabretta 2002; Calabretta & Greisen 2002).
-      "(CTYPE|CRPIX|CRVAL|CDELT|CUNIT|CNAME|CROTA|CRDER|CSYER)[12][A-Z]?"
-      "|(PC|CD)[12]_[12][A-Z]?|(PC|CD)00[12]00[12]"
-      "|(PV|PS)[12]_[0-9]+[A-Z]?|PROJP[0-9]"
-      "|(WCSNAME|LONPOLE|LATPOLE|RADESYS|EQUINOX)[A-Z]?|RADECSYS|EPOCH"
-      "|TIMESYS|DATE-OBS|MJD-OBS|MJDREF[IF]?"
+      "(CTYPE|CRPIX|CRVAL|CDELT|CUNIT|CNAME|CROTA|CRDER|CSYER)[12][A-Z]?|(PC|CD)[12]_[12][A-Z]?|("
+      "PC|CD)00[12]00[12]|(PV|PS)[12]_[0-9]+[A-Z]?|PROJP[0-9]|(WCSNAME|LONPOLE|LATPOLE|RADESYS|"
+      "EQUINOX)[A-Z]?|RADECSYS|EPOCH|TIMESYS|DATE-OBS|MJD-OBS|MJDREF[IF]?"
       // Distortions: SIP, TNX and ZPX, paper IV.
-      "|(A|B|AP|BP)_(ORDER|DMAX|[0-9]+_[0-9]+)|WAT[0-2]_[0-9]+"
-      "|(CPDIS|CQDIS|CPERR|CQERR)[12][A-Z]?|DVERR[A-Z]?|(DP|DQ)[12][A-Z]?");
+      "|(A|B|AP|BP)_(ORDER|DMAX|[0-9]+_[0-9]+)|WAT[0-2]_[0-9]+|(CPDIS|CQDIS|CPERR|CQERR)[12][A-Z]?|"
+      "DVERR[A-Z]?|(DP|DQ)[12][A-Z]?");
   return std::regex_match(key, pattern);
 }
 

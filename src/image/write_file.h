@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "image/temporary_file.h"
 
 namespace gamer {

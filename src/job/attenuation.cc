@@ -176,10 +176,8 @@ constexpr std::size_t most_layer_bytes = std::size_t{128} << 20;
 
 /// A band as the only plane.
 Spectrum spectrum_of(const Bandpass& band, const RenderParameters& parameters) {
-  Spectrum result;
-  result.planes = {{band.name(), band.pivot(), std::make_shared<const Bandpass>(band)}};
-  result.igm = parameters.spectrum.igm;
-  return result;
+  return {{{band.name(), band.pivot(), std::make_shared<const Bandpass>(band)}},
+          parameters.spectrum.igm};
 }
 
 /// The place of a band among the planes; none if it is not there.

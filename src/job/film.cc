@@ -9,7 +9,6 @@
 
 #include "core/message.h"
 #include "gamer/core/clock.h"
-#include "gamer/core/error.h"
 #include "gamer/core/simd.h"
 #include "gamer/image/new_file.h"
 #include "gamer/image/picture.h"

@@ -21,24 +21,6 @@ constexpr const char* description =
     "finished rows in a journal beside the output, OUTPUT.journal; after an interruption "
     "`--resume` goes on with it.";
 
-const std::vector<std::pair<std::string, std::string>>& sections() {
-  static const std::vector<std::pair<std::string, std::string>> all = {
-      {"EXIT STATUS",
-       "0 is done, 1 failed while running, and 2 wrong input. A program that was stopped by a "
-       "signal ends by it: shells see 128 and its number."},
-      {"ENVIRONMENT",
-       "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/. "
-       "`GAMER_CACHE` is the folder that keeps measurements of galaxies between jobs, or `off`; by "
-       "default it is gamer/ in `XDG_CACHE_HOME` or ~/.cache. "
-       "`SOURCE_DATE_EPOCH` gives the DATE of files, in seconds since 1970."},
-      {"EXAMPLES",
-       "    gamer look ngc4321\n    gamer render.par scene.lst -o field.fits --truth\n"
-       "    mpirun -n 64 gamer --resume render.par scene.lst -o field.fits\n"
-       "    gamer --status field.fits.journal"},
-      {"SEE ALSO", "`gutil`(1), `mpirun`(1)"}};
-  return all;
-}
-
 /// "spectrum.bands=" of every key.
 std::vector<std::string> keys() {
   std::vector<std::string> words;
@@ -110,7 +92,20 @@ Manual gamer_manual(const CLI::App& app) {
     manual.synopses.push_back(fmt::format("{} [options] {}", entry.name, entry.synopsis));
     manual.commands.push_back(std::move(entry));
   }
-  manual.sections = sections();
+  manual.sections = {
+      {"EXIT STATUS",
+       "0 is done, 1 failed while running, and 2 wrong input. A program that was stopped by a "
+       "signal ends by it: shells see 128 and its number."},
+      {"ENVIRONMENT",
+       "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/. "
+       "`GAMER_CACHE` is the folder that keeps measurements of galaxies between jobs, or `off`; by "
+       "default it is gamer/ in `XDG_CACHE_HOME` or ~/.cache. "
+       "`SOURCE_DATE_EPOCH` gives the DATE of files, in seconds since 1970."},
+      {"EXAMPLES",
+       "    gamer look ngc4321\n    gamer render.par scene.lst -o field.fits --truth\n"
+       "    mpirun -n 64 gamer --resume render.par scene.lst -o field.fits\n"
+       "    gamer --status field.fits.journal"},
+      {"SEE ALSO", "`gutil`(1), `mpirun`(1)"}};
   return manual;
 }
 

@@ -11,7 +11,6 @@
 
 #include "core/message.h"
 #include "gamer/core/clock.h"
-#include "gamer/core/error.h"
 #include "gamer/image/fits/checksums.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/new_file.h"

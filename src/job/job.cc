@@ -16,7 +16,6 @@
 #include "gamer/job/schedule.h"
 #include "gamer/job/star_table.h"
 #include "gamer/job/star_tone.h"
-#include "gamer/render/galaxy_measure.h"
 #include "gamer/scene/catalogue.h"
 #include "gamer/scene/galaxy_library.h"
 #include "gamer/sed/photometry.h"

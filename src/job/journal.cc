@@ -18,7 +18,6 @@
 
 #include "core/message.h"
 #include "core/text.h"
-#include "gamer/core/error.h"
 #include "image/temporary_file.h"
 
 namespace gamer {

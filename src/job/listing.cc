@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/galaxy/arm_pattern.h"
 #include "gamer/galaxy/component.h"

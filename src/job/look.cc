@@ -8,7 +8,6 @@
 #include <numbers>
 
 #include "gamer/core/config.h"
-#include "gamer/core/error.h"
 #include "gamer/job/record.h"
 
 namespace gamer {

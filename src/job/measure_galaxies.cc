@@ -153,9 +153,7 @@ void Measurement::take(GalaxyStatistics::Round round, const Row& row,
   while (!numbers.empty() && numbers.back() == 0) numbers = numbers.first(numbers.size() - 1);
   std::vector<double> kept(numbers.begin(), numbers.end());
   const std::string name = known_name(subject, subject.statistics.name(round, row.part));
-  if (known_.try_emplace(name, std::move(kept)).second) {
-    changed_.insert(subject.galaxy->shape());
-  }
+  if (known_.try_emplace(name, std::move(kept)).second) changed_.insert(subject.galaxy->shape());
 }
 
 void Measurement::measure(GalaxyStatistics::Round round) {

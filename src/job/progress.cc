@@ -10,6 +10,7 @@
 #include <ctime>
 #include <utility>
 
+#include "gamer/core/clock.h"
 #include "gamer/core/utc_time.h"
 
 namespace gamer {
@@ -23,12 +24,6 @@ constexpr double shortest_object_interval = 1, object_interval = 10;
 constexpr int bar_width = 30;
 constexpr int seconds_per_minute = 60;
 constexpr int seconds_per_hour = 3600;
-
-double steady_seconds() {
-  using std::chrono::duration;
-  using std::chrono::steady_clock;
-  return duration<double>(steady_clock::now().time_since_epoch()).count();
-}
 
 /// "2026-11-25 12:30:05", local time.
 std::string local_date() {

@@ -5,7 +5,6 @@
 
 #include "core/message.h"
 #include "core/text.h"
-#include "gamer/core/error.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/png_table.h"
 #include "image/image_suffix.h"
@@ -64,11 +63,8 @@ std::string pack_record(const Record& record) {
 Record unpack_record(std::string_view packed) {
   Record record;
   while (!packed.empty()) {
-    Resources::Text text;
-    text.name = unpack(packed);
-    text.label = unpack(packed);
-    text.content = unpack(packed);
-    record.push_back(std::move(text));
+    // Elements in braces are evaluated in their order.
+    record.push_back({unpack(packed), unpack(packed), unpack(packed)});
   }
   return record;
 }

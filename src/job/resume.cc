@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/simd.h"
 #include "gamer/core/version.h"
 #include "gamer/image/fits/fits.h"

@@ -9,7 +9,6 @@
 
 #include "core/message.h"
 #include "gamer/core/clock.h"
-#include "gamer/core/error.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/resources.h"
 #include "gamer/core/simd.h"

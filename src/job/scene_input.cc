@@ -12,7 +12,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/image/data_table.h"
 #include "image/standard_stream.h"
 #include "image/temporary_file.h"

@@ -119,9 +119,7 @@ class RenderInProgress {
     const Renderer renderer = image_renderer(job_, truth);
     const int width = renderer.width(), height = renderer.height();
     const auto planes = static_cast<int>(job_.spectrum.planes.size());
-    if (job_.parameters.stars.table) {
-      rendering_.stars = star_table(job_, renderer, executor_);
-    }
+    if (job_.parameters.stars.table) rendering_.stars = star_table(job_, renderer, executor_);
     rendering_.image = Image(width, height, planes);
     rendering_.truth_images = Image(width, height, renderer.planes() - planes);
     tell(Stage::rows, 0, height);

@@ -11,7 +11,6 @@
 #include "core/message.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/clock.h"
-#include "gamer/core/error.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/job/resume.h"
 #include "gamer/job/schedule.h"

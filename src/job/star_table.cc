@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/job/star_tone.h"
 #include "gamer/sed/photometry.h"
 #include "image/image_suffix.h"
@@ -71,8 +70,6 @@ class StarRows {
   bool is_relative() const { return job_.scene->unit == PixelUnit::relative; }
   void set_angles(const glm::dvec3& place, std::span<double> row) const;
   void fill(const StarPainter::Seen& star, glm::ivec2 pixel, std::span<double> row) const;
-  void add_light(const std::function<void(const std::string&, const std::string&,
-                                          const std::string&, std::size_t)>& add) const;
   std::vector<Card> cards() const;
 
   const RenderJob& job_;
@@ -161,17 +158,6 @@ std::vector<Card> StarRows::cards() const {
   return cards;
 }
 
-void StarRows::add_light(const std::function<void(const std::string&, const std::string&,
-                                                  const std::string&, std::size_t)>& add) const {
-  const std::string quantity = is_relative() ? "flux" : "mag";
-  const std::string unit = is_relative() ? "" : "mag";
-  for (std::size_t p = 0; p < planes(); ++p) {
-    const std::string& label = job_.spectrum.planes[p].label;
-    add(quantity + "_" + label, unit, "as seen through all dust", first_plane + p);
-    add(quantity + "_dustfree_" + label, unit, "without dust", first_plane + planes() + p);
-  }
-}
-
 DataTable StarRows::table(const std::vector<double>& all) const {
   DataTable table;
   table.name = "STARS";
@@ -205,7 +191,13 @@ DataTable StarRows::table(const std::vector<double>& all) const {
     add("distance", is_sky ? "Mpc" : job_.parameters.scene.unit,
         is_sky ? "comoving" : "from the camera", distance);
   }
-  add_light(add);
+  const std::string quantity = is_relative() ? "flux" : "mag";
+  const std::string unit = is_relative() ? "" : "mag";
+  for (std::size_t p = 0; p < planes(); ++p) {
+    const std::string& label = job_.spectrum.planes[p].label;
+    add(quantity + "_" + label, unit, "as seen through all dust", first_plane + p);
+    add(quantity + "_dustfree_" + label, unit, "without dust", first_plane + planes() + p);
+  }
   add("optical_depth", "", "of all dust in front, first plane", optical_depth);
   add("temperature", "K", "of its blackbody", temperature);
   add("luminosity", "", "at 5500 Angstrom, unit of its field", luminosity);

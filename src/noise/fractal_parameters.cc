@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/random.h"
 
 namespace gamer {
@@ -20,16 +21,6 @@ constexpr double usual_lacunarity = 2.0;
 
 // With this floor |v|^-20 stays within single precision.
 constexpr double smallest_floor = 1e-2;
-
-struct CombinationName {
-  const char* name;
-  Combination::Kind kind;
-};
-constexpr CombinationName combination_names[] = {
-    {"additive", Combination::Kind::additive},
-    {"multiplicative", Combination::Kind::multiplicative},
-    {"ridged", Combination::Kind::ridged},
-    {"billow", Combination::Kind::billow}};
 
 /// Throws InputError where a given parameter has no effect.
 void refuse_meaningless(const FractalParameters& noise, const ParameterSet& values,
@@ -112,111 +103,80 @@ void scatter(Octave& octave, const std::function<std::uint64_t(std::uint64_t)>& 
 
 namespace {
 
-/// The keys of the shape, and the seed.
-ParameterTable shape_table(const FractalParameters& values) {
+/// The keys of the octaves.
+BoundTable octave_keys(FractalParameters& p) {
   return {
-      Parameter::number("exponent", "", Interval::closed(-20, 20), values.exponent,
-                        "alpha, power of the shaped noise")
-          .usual(-1, 8),
-      Parameter::choice("theta", {"linear", "inverse"},
-                        std::string(values.inverse ? "inverse" : "linear"),
-                        "shape: linear max(v, 0)^alpha or inverse max(|v|, floor)^-alpha"),
-      Parameter::number("offset", "sigmas", Interval::closed(-10, 10), values.offset,
-                        "added to the normalised sum")
-          .usual(-3, 4),
-      Parameter::number("contrast", "", Interval::left_open(0, 10), values.contrast,
-                        "factor of the normalised sum")
-          .usual_logarithmic(0.1, 4),
-      Parameter::number("floor", "sigmas", Interval::closed(smallest_floor, 10), values.floor,
-                        "least |v| of the inverse shape")
-          .usual_logarithmic(0.01, 2),
-      Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
-                         "seed of this component's noise; default: from the galaxy's seed and the "
-                         "component's name"),
-  };
+      Parameter::choice("kind", noise_names(), std::nullopt,
+                        "base noise P; default: `noise.kind` of the render parameters"),
+      choice(p.combination.kind, "combination",
+             {{"additive", Combination::Kind::additive},
+              {"multiplicative", Combination::Kind::multiplicative},
+              {"ridged", Combination::Kind::ridged},
+              {"billow", Combination::Kind::billow}},
+             "combination of octaves: additive sum w n; multiplicative product of 1 + a "
+             "n in [0, 2]; ridged multifractal of (o - |n|)^2; billow sum w |n|"),
+      {p.octaves, "octaves", "",
+       Interval::closed(1, double{FractalParameters::most_octaves}).usual(1, 12),
+       "omega, number of octaves; default as listed only if the render "
+       "parameters have no `noise.octaves`"},
+      {p.k0, "k0", "cycles per galaxy radius", Interval::closed(0, 1000).usual(0, 40),
+       "offset of the frequencies k0 + f_s k"},
+      {p.frequency_scale, "frequency_scale", "cycles per galaxy radius",
+       Interval::left_open(0, 1000).usual_logarithmic(0.2, 60), "f_s, spacing of the frequencies"},
+      Parameter::number("lacunarity", "", Interval::closed(0, 4), std::nullopt,
+                        "l, ratio of the frequencies (k0 + f_s) l^(k - 1), above 1; 0: k0 + f_s k. "
+                        "Default: 0 where additive or billow, else 2"),
+      {p.spectral_index, "spectral_index", "", Interval::closed(-10, 10).usual(0, 3),
+       "nu: octave k of frequency f has weight f^-nu"},
+      {p.amplitude, "amplitude", "", Interval::left_open(0, 4).usual(0.1, 2),
+       "a, amplitude of every octave of multiplicative noise"},
+      {p.combination.ridge_offset, "ridge_offset", "", Interval::left_open(0, 4).usual(0.2, 2),
+       "o, height of the ridges"},
+      {p.combination.ridge_gain, "ridge_gain", "",
+       Interval::left_open(0, 100).usual_logarithmic(0.2, 20),
+       "G: a ridge of height s scales the next octave by G s, at most 1"},
+      {p.warp, "warp", "galaxy radii", Interval::closed(0, 10).usual(0, 0.3),
+       "rms displacement of the noise along each axis by a vector noise"},
+      {p.warp_frequency, "warp_frequency", "cycles per galaxy radius",
+       Interval::left_open(0, 1000).usual_logarithmic(0.3, 30),
+       "frequency of the displacement's first octave"},
+      {p.warp_octaves, "warp_octaves", "", Interval::closed(1, 16).usual(1, 6),
+       "octaves of the displacement: 1 varies the lacunarity, more warp the domain"}};
+}
+
+/// The keys of the shape, and the seed.
+BoundTable shape_keys(FractalParameters& p) {
+  return {
+      {p.exponent, "exponent", "", Interval::closed(-20, 20).usual(-1, 8),
+       "alpha, power of the shaped noise"},
+      choice(p.inverse, "theta", {{"linear", false}, {"inverse", true}},
+             "shape: linear max(v, 0)^alpha or inverse max(|v|, floor)^-alpha"),
+      {p.offset, "offset", "sigmas", Interval::closed(-10, 10).usual(-3, 4),
+       "added to the normalised sum"},
+      {p.contrast, "contrast", "", Interval::left_open(0, 10).usual_logarithmic(0.1, 4),
+       "factor of the normalised sum"},
+      {p.floor, "floor", "sigmas", Interval::closed(smallest_floor, 10).usual_logarithmic(0.01, 2),
+       "least |v| of the inverse shape"},
+      without_default({p.seed, "seed", "", Interval::closed(0, largest_seed),
+                       "seed of this component's noise; default: from the galaxy's seed and the "
+                       "component's name"})};
 }
 
 }  // namespace
 
 ParameterTable FractalParameters::table() const {
-  std::string combination_name;
-  std::vector<std::string> combinations;
-  for (const CombinationName& known : combination_names) {
-    combinations.emplace_back(known.name);
-    if (known.kind == combination.kind) combination_name = known.name;
-  }
-  const ParameterTable octaves_of = {
-      Parameter::choice("kind", noise_names(), std::nullopt,
-                        "base noise P; default: `noise.kind` of the render parameters"),
-      Parameter::choice("combination", combinations, combination_name,
-                        "combination of octaves: additive sum w n; multiplicative product of 1 + a "
-                        "n in [0, 2]; ridged multifractal of (o - |n|)^2; billow sum w |n|"),
-      Parameter::integer("octaves", "", Interval::closed(1, double{most_octaves}), octaves,
-                         "omega, number of octaves; default as listed only if the render "
-                         "parameters have no `noise.octaves`")
-          .usual(1, 12),
-      Parameter::number("k0", "cycles per galaxy radius", Interval::closed(0, 1000), k0,
-                        "offset of the frequencies k0 + f_s k")
-          .usual(0, 40),
-      Parameter::number("frequency_scale", "cycles per galaxy radius", Interval::left_open(0, 1000),
-                        frequency_scale, "f_s, spacing of the frequencies")
-          .usual_logarithmic(0.2, 60),
-      Parameter::number("lacunarity", "", Interval::closed(0, 4), std::nullopt,
-                        "l, ratio of the frequencies (k0 + f_s) l^(k - 1), above 1; 0: k0 + f_s k. "
-                        "Default: 0 where additive or billow, else 2"),
-      Parameter::number("spectral_index", "", Interval::closed(-10, 10), spectral_index,
-                        "nu: octave k of frequency f has weight f^-nu")
-          .usual(0, 3),
-      Parameter::number("amplitude", "", Interval::left_open(0, 4), amplitude,
-                        "a, amplitude of every octave of multiplicative noise")
-          .usual(0.1, 2),
-      Parameter::number("ridge_offset", "", Interval::left_open(0, 4),
-                        double{combination.ridge_offset}, "o, height of the ridges")
-          .usual(0.2, 2),
-      Parameter::number("ridge_gain", "", Interval::left_open(0, 100),
-                        double{combination.ridge_gain},
-                        "G: a ridge of height s scales the next octave by G s, at most 1")
-          .usual_logarithmic(0.2, 20),
-      Parameter::number("warp", "galaxy radii", Interval::closed(0, 10), warp,
-                        "rms displacement of the noise along each axis by a vector noise")
-          .usual(0, 0.3),
-      Parameter::number("warp_frequency", "cycles per galaxy radius", Interval::left_open(0, 1000),
-                        warp_frequency, "frequency of the displacement's first octave")
-          .usual_logarithmic(0.3, 30),
-      Parameter::integer(
-          "warp_octaves", "", Interval::closed(1, 16), warp_octaves,
-          "octaves of the displacement: 1 varies the lacunarity, more warp the domain")
-          .usual(1, 6),
-  };
-  return octaves_of + shape_table(*this);
+  return declarations(octave_keys, *this) + declarations(shape_keys, *this);
 }
 
 void FractalParameters::apply(const ParameterSet& values, const std::string& context) {
+  put_values(values, octave_keys(*this));
+  put_values(values, shape_keys(*this));
   if (values.has("kind")) kind = &find_noise(values.text("kind"));
-  for (const CombinationName& known : combination_names) {
-    if (known.name == values.text("combination")) combination.kind = known.kind;
-  }
-  octaves = static_cast<int>(values.integer("octaves"));
-  k0 = values.number("k0");
-  frequency_scale = values.number("frequency_scale");
   if (values.has("lacunarity")) {
     lacunarity = values.number("lacunarity");
   } else if (is_density()) {
     lacunarity = usual_lacunarity;
   }
-  spectral_index = values.number("spectral_index");
-  amplitude = values.number("amplitude");
-  combination.ridge_offset = static_cast<float>(values.number("ridge_offset"));
-  combination.ridge_gain = static_cast<float>(values.number("ridge_gain"));
-  warp = values.number("warp");
-  warp_frequency = values.number("warp_frequency");
-  warp_octaves = static_cast<int>(values.integer("warp_octaves"));
-  exponent = values.number("exponent");
-  inverse = values.text("theta") == "inverse";
-  offset = values.number("offset");
-  contrast = values.number("contrast");
-  floor = values.number("floor");
-  if (values.has("seed")) seed = static_cast<std::uint64_t>(values.integer("seed"));
   refuse_contradictions(*this, values, context);
 }
 

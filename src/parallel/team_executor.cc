@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/parallel/team.h"
 
 namespace gamer {

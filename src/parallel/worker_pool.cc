@@ -5,7 +5,6 @@
 
 #include "core/message.h"
 #include "gamer/core/clock.h"
-#include "gamer/core/error.h"
 
 namespace gamer {
 

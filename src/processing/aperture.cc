@@ -10,7 +10,6 @@
 
 #include "core/message.h"
 #include "core/no_value.h"
-#include "gamer/core/error.h"
 #include "gamer/core/units.h"
 
 namespace gamer {

@@ -7,7 +7,6 @@
 
 #include "core/message.h"
 #include "core/no_value.h"
-#include "gamer/core/error.h"
 
 namespace gamer {
 namespace {

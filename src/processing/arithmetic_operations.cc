@@ -4,8 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/message.h"
-#include "gamer/core/error.h"
 #include "processing/arithmetic.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "gamer/core/bound_parameter.h"
 #include "processing/convolution.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
@@ -17,16 +18,18 @@
 namespace gamer {
 namespace {
 
-EdgeMode edge_mode(const std::string& name) {
-  if (name == "reflect") return EdgeMode::reflect;
-  return name == "wrap" ? EdgeMode::wrap : EdgeMode::zero;
+BoundTable convolution_keys(ConvolutionOptions& p) {
+  return {
+      choice(p.edge, "edge",
+             {{"zero", EdgeMode::zero}, {"reflect", EdgeMode::reflect}, {"wrap", EdgeMode::wrap}},
+             "continuation beyond the edges: zeros, the mirrored image, or the repeated image"),
+      choice(p.is_single, "precision", {{"double", false}, {"single", true}},
+             "floating-point type of the computation")};
 }
 
 int run_convolve(const OperationCall& call) {
   const PsfOptions options(call, InstrumentOption(call));
-  ConvolutionOptions convolution;
-  convolution.edge = edge_mode(call.parameters.text("edge"));
-  convolution.is_single = call.parameters.text("precision") == "single";
+  ConvolutionOptions convolution = read_object(call.parameters, convolution_keys);
   if (!options.is_file()) {
     const StampOptions stamp_options = options.stamp();
     change_planes(call, [&](const PlaneTask& task) {
@@ -151,44 +154,38 @@ int run_psf(const OperationCall& call) {
 }
 
 Operation convolve_operation() {
-  return {
-      .name = "convolve",
-      .group = "Blur",
-      .summary = "Convolve with a point-spread function",
-      .description =
-          std::string("out(x, y) = sum over (i, j) of psf(i, j) in(x - i, y - j). ") +
-          psf_model_text +
-          "The PSF's sum is 1, so that flux is kept, except for light that leaves the image with "
-          "--edge zero.\n\nAny other text of --psf names a FITS file (extended names too), or a "
-          ".psf file of PSFEx. The FITS image has odd sides and is centred on its middle pixel, "
-          "with one plane, or one for each plane of the input. The PSF of PSFEx varies over the "
-          "image: the light of each pixel gets the PSF at that pixel. --one-psf takes the PSF of "
-          "the image's middle everywhere.\n\n--position-angle is measured on the sky from North "
-          "towards East, at the middle of the image. Without celestial coordinates the angle runs "
-          "from +y towards -x.\n\nMissing pixels (NaN or infinite) are NaN in the output and "
-          "spread no further. Where the PSF covers missing pixels, the weights of the others are "
-          "scaled up to replace them. rotate, resample and bin differ: there infinities spread. "
-          "Single precision is quicker, and accurate to about 1e-7 of the brightest pixel nearby. "
-          "The header gains one HISTORY card.",
-      .parameters =
-          ParameterTable{
-              Parameter::text("psf", std::nullopt,
-                              fmt::format("{}, or a FITS file", fmt::join(psf_models(), ", "))),
-              InstrumentOption::parameter()} +
-          psf_parameters({"unit of --fwhm; arcsec needs celestial coordinates",
-                          "direction of the major axis, from North towards East; without celestial "
-                          "coordinates from +y towards -x"}) +
-          ParameterTable{
-              Parameter::boolean(
+  return {.name = "convolve",
+          .group = "Blur",
+          .summary = "Convolve with a point-spread function",
+          .description =
+              std::string("out(x, y) = sum over (i, j) of psf(i, j) in(x - i, y - j). ") +
+              psf_model_text +
+              "The PSF's sum is 1, so that flux is kept, except for light that leaves the image "
+              "with --edge zero.\n\nAny other text of --psf names a FITS file (extended names "
+              "too), or a .psf file of PSFEx. The FITS image has odd sides and is centred on its "
+              "middle pixel, with one plane, or one for each plane of the input. The PSF of PSFEx "
+              "varies over the image: the light of each pixel gets the PSF at that pixel. "
+              "--one-psf takes the PSF of the image's middle everywhere.\n\n--position-angle is "
+              "measured on the sky from North towards East, at the middle of the image. Without "
+              "celestial coordinates the angle runs from +y towards -x.\n\nMissing pixels (NaN or "
+              "infinite) are NaN in the output and spread no further. Where the PSF covers missing "
+              "pixels, the weights of the others are scaled up to replace them. rotate, resample "
+              "and bin differ: there infinities spread. Single precision is quicker, and accurate "
+              "to about 1e-7 of the brightest pixel nearby. The header gains one HISTORY card.",
+          .parameters =
+              ParameterTable{
+                  Parameter::text("psf", std::nullopt,
+                                  fmt::format("{}, or a FITS file", fmt::join(psf_models(), ", "))),
+                  InstrumentOption::parameter()} +
+              psf_parameters({"unit of --fwhm; arcsec needs celestial coordinates",
+                              "direction of the major axis, from North towards East; without "
+                              "celestial coordinates from +y towards -x"}) +
+              ParameterTable{Parameter::boolean(
                   "one_psf", false,
-                  "of a .psf file of PSFEx: its PSF at the middle of the image, everywhere"),
-              Parameter::choice("edge", {"zero", "reflect", "wrap"}, "zero",
-                                "continuation beyond the edges: zeros, the mirrored image, or the "
-                                "repeated image"),
-              Parameter::choice("precision", {"double", "single"}, "double",
-                                "floating-point type of the computation")},
-      .example = "convolve --psf moffat --fwhm 3.5 --beta 3 in.fits out.fits",
-      .run = run_convolve};
+                  "of a .psf file of PSFEx: its PSF at the middle of the image, everywhere")} +
+              declarations(convolution_keys),
+          .example = "convolve --psf moffat --fwhm 3.5 --beta 3 in.fits out.fits",
+          .run = run_convolve};
 }
 
 Operation psf_operation() {
@@ -207,10 +204,9 @@ Operation psf_operation() {
       .most_inputs = 0,
       .parameters =
           ParameterTable{required(Parameter::choice("psf", psf_models(), std::nullopt, "model"))} +
-          psf_parameters(
-              {"unit of --fwhm; arcsec needs --pixel-scale",
-               "direction of the major axis, from +y towards -x: from North towards East with "
-               "--pixel-scale"}) +
+          psf_parameters({"unit of --fwhm; arcsec needs --pixel-scale",
+                          "direction of the major axis, from +y towards -x: from North towards "
+                          "East with --pixel-scale"}) +
           ParameterTable{
               Parameter::number("pixel_scale", "arcsec", Interval::left_open(0, 3600), std::nullopt,
                                 "side of a pixel"),

@@ -6,8 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/random.h"
 #include "processing/detector.h"
 #include "processing/instrument_option.h"

@@ -10,10 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/capitals.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/printable.h"
 #include "processing/operation_groups.h"
@@ -452,10 +450,9 @@ Operation header_operation() {
               Parameter::text("hdu", "first",
                               "name or number (from 0) of the HDU; first: the first image; all"),
               Parameter::texts("get", none, "print only the value of this card (repeatable)"),
-              Parameter::texts(
-                  "set", none,
-                  "KEY=value or KEY=value / comment (repeatable); 'text' in quotes is never a "
-                  "number, and '' in it is one quote"),
+              Parameter::texts("set", none,
+                               "KEY=value or KEY=value / comment (repeatable); 'text' in quotes is "
+                               "never a number, and '' in it is one quote"),
               Parameter::texts("delete", none, "card to delete (repeatable)"),
               Parameter::texts("copy", none, "card to copy (repeatable)"),
               Parameter::text("from", std::nullopt, "file that --copy copies from"),

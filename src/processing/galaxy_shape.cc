@@ -9,17 +9,11 @@
 #include "processing/smoothing.h"
 
 namespace gamer {
-namespace {}  // namespace
 
 PlanePoint brightest_place(const Image& image) {
   constexpr double share = 1.0 / 32, least_width = 3;
-  Image present = image;
-  const auto size = static_cast<std::ptrdiff_t>(image.width()) * image.height();
-  for (double* value = present.plane(0); value != present.plane(0) + size; ++value) {
-    if (!std::isfinite(*value)) *value = 0;
-  }
   const double width = std::max(least_width, share * std::max(image.width(), image.height()));
-  const Image smooth = box_mean(present, width);
+  const Image smooth = box_mean(present_pixels(image), width);
   PlanePoint best;
   double most = -std::numeric_limits<double>::infinity();
   for (int y = 0; y < image.height(); ++y) {

@@ -253,10 +253,7 @@ PlanePtr crop(PlanePtr source, const Area& box) {
 }
 
 PixelMap crop_map(const Area& box) {
-  PixelMap map;
-  map.x0 = -box.x;
-  map.y0 = -box.y;
-  return map;
+  return {.x0 = -static_cast<double>(box.x), .y0 = -static_cast<double>(box.y)};
 }
 
 PlanePtr pad(PlanePtr source, const Margins& margins, double fill) {
@@ -264,10 +261,7 @@ PlanePtr pad(PlanePtr source, const Margins& margins, double fill) {
 }
 
 PixelMap pad_map(const Margins& margins) {
-  PixelMap map;
-  map.x0 = margins.left;
-  map.y0 = margins.bottom;
-  return map;
+  return {.x0 = static_cast<double>(margins.left), .y0 = static_cast<double>(margins.bottom)};
 }
 
 Area box_about(const PixelPosition& middle, int width, int height) {

@@ -4,10 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/message.h"
 #include "core/no_value.h"
 #include "core/text.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "processing/arithmetic.h"
 #include "processing/geometry.h"

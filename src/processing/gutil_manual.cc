@@ -13,16 +13,6 @@ constexpr const char* description =
     "them. Options of an operation precede or follow its files. `-` is standard input or output; "
     "`a.fits[1]` or `a.fits[SCI][10:90,10:90]` is one HDU or a part of it.";
 
-const std::vector<std::pair<std::string, std::string>>& sections() {
-  static const std::vector<std::pair<std::string, std::string>> all = {
-      {"EXIT STATUS",
-       "0 is done, 1 failed while running, and 2 wrong input. `gutil compare` ends with 1 where "
-       "images differ."},
-      {"ENVIRONMENT", "`GAMER_DATA` is a folder with instruments/."},
-      {"SEE ALSO", "`gamer`(1)"}};
-  return all;
-}
-
 ManualOption option_of(const Parameter& parameter) {
   ManualOption option;
   option.names = {parameter.name};
@@ -66,7 +56,11 @@ Manual gutil_manual() {
   manual.options = {{{"-h", "--help"}, {}, "list the operations, or the options of one"},
                     {{"--version"}, {}, "print the version"}};
   for (const Operation& operation : operations()) manual.commands.push_back(command_of(operation));
-  manual.sections = sections();
+  manual.sections = {{"EXIT STATUS",
+                      "0 is done, 1 failed while running, and 2 wrong input. `gutil compare` ends "
+                      "with 1 where images differ."},
+                     {"ENVIRONMENT", "`GAMER_DATA` is a folder with instruments/."},
+                     {"SEE ALSO", "`gamer`(1)"}};
   return manual;
 }
 

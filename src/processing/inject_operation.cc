@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/random.h"
 #include "processing/convolution.h"
 #include "processing/detector.h"

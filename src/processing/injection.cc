@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/units.h"
 #include "processing/arithmetic.h"
 #include "processing/detector.h"
@@ -190,9 +189,8 @@ PlanePtr injected(PlanePtr image, PlanePtr light, const Injection& injection) {
     });
   }
   if (injection.has_noise) {
-    Detector detector;
-    detector.electron_rate = injection.factor * injection.gain;
-    detector.per_electron = 1 / injection.gain;
+    const Detector detector{.electron_rate = injection.factor * injection.gain,
+                            .per_electron = 1 / injection.gain};
     light = observed(std::move(light), detector, injection.key);
   } else {
     light = scaled(std::move(light), injection.factor, 0);

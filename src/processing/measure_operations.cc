@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/no_value.h"
-#include "gamer/core/error.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/image/data_table.h"
 #include "processing/comparison.h"
 #include "processing/measurement_table.h"
@@ -114,18 +114,27 @@ Operation stats_operation() {
 
 // spectrum
 
+BoundTable power_spectrum_keys(SpectrumOptions& p) {
+  return {choice(p.window, "window",
+                 {{"none", SpectrumWindow::none},
+                  {"hann", SpectrumWindow::hann},
+                  {"cosine", SpectrumWindow::cosine}},
+                 "none, hann, or cosine (rises over --taper at every edge)"),
+          {p.taper, "taper", "side", Interval::left_open(0, 0.5), "length of the cosine's rise"},
+          {p.opacity, "opacity", "pixels are opacities: take tau = -ln(1 - v)"},
+          {p.logarithm, "log", "take the natural logarithm first"},
+          {p.white_level, "white", "(unit of the pixels)^2", Interval::at_least(0),
+           "power of white noise to subtract, sigma^2"},
+          {p.psf_fwhm, "psf_fwhm", "pixel", Interval::at_least(0),
+           "divide by the squared transfer function of a Gaussian of this FWHM (after --white)"},
+          Parameter::vector2("range", "", Interval::at_least(1), std::nullopt,
+                             "k1,k2 of the fit (default: 4,N/4)"),
+          {p.bins, "bins", "", Interval::closed(3, 1000), "of the fit"},
+          Parameter::text("plot", std::nullopt, "write a plot: .png")};
+}
+
 SpectrumOptions spectrum_options(const ParameterSet& parameters) {
-  SpectrumOptions options;
-  const std::string& window = parameters.text("window");
-  options.window = window == "none"   ? SpectrumWindow::none
-                   : window == "hann" ? SpectrumWindow::hann
-                                      : SpectrumWindow::cosine;
-  options.taper = parameters.number("taper");
-  options.opacity = parameters.boolean("opacity");
-  options.logarithm = parameters.boolean("log");
-  options.psf_fwhm = parameters.number("psf_fwhm");
-  options.white_level = parameters.number("white");
-  options.bins = static_cast<int>(parameters.integer("bins"));
+  SpectrumOptions options = read_object(parameters, power_spectrum_keys);
   if (parameters.has("range")) {
     options.lowest = parameters.numbers("range")[0];
     options.highest = parameters.numbers("range")[1];
@@ -232,23 +241,7 @@ Operation spectrum_operation() {
           "Missing pixels become the mean. sigma and skewness of the values and of their "
           "logarithms are listed too. An image is held in memory whole, 8 bytes per pixel.",
       .result = Operation::Result::text,
-      .parameters = with_output({
-          Parameter::choice("window", {"none", "hann", "cosine"}, "hann",
-                            "none, hann, or cosine (rises over --taper at every edge)"),
-          Parameter::number("taper", "side", Interval::left_open(0, 0.5), 0.1,
-                            "length of the cosine's rise"),
-          Parameter::boolean("opacity", false, "pixels are opacities: take tau = -ln(1 - v)"),
-          Parameter::boolean("log", false, "take the natural logarithm first"),
-          Parameter::number("white", "(unit of the pixels)^2", Interval::at_least(0), 0.0,
-                            "power of white noise to subtract, sigma^2"),
-          Parameter::number(
-              "psf_fwhm", "pixel", Interval::at_least(0), 0.0,
-              "divide by the squared transfer function of a Gaussian of this FWHM (after --white)"),
-          Parameter::vector2("range", "", Interval::at_least(1), std::nullopt,
-                             "k1,k2 of the fit (default: 4,N/4)"),
-          Parameter::integer("bins", "", Interval::closed(3, 1000), 12, "of the fit"),
-          Parameter::text("plot", std::nullopt, "write a plot: .png"),
-      }),
+      .parameters = with_output(declarations(power_spectrum_keys)),
       .example = "spectrum --window hann --bins 8 in.fits",
       .run = run_spectrum};
 }
@@ -316,28 +309,27 @@ int run_compare(const OperationCall& call) {
 }
 
 Operation compare_operation() {
-  return {
-      .name = "compare",
-      .group = measurement_group,
-      .summary = "Differences of two files of the same size; exit code 1 beyond a tolerance",
-      .description =
-          "For each plane of the files a (first) and b the table gives the largest |b - a|, its "
-          "place, and the rms of b - a. They are also given relative to the largest |a| and the "
-          "rms of a. Further columns count the pixels that differ, and pixels that are finite in "
-          "one file only. The exit code is 0 if |b - a| <= --absolute + --tolerance max|a| in all "
-          "planes and no pixel is finite in one file only. Two NaN, or two infinities of one sign, "
-          "are equal. The exit code is 1 otherwise, and 2 if sizes differ. Headers are not "
-          "compared.",
-      .least_inputs = 2,
-      .most_inputs = 2,
-      .result = Operation::Result::text,
-      .parameters =
-          with_output({Parameter::number("tolerance", "largest |a|", Interval::at_least(0), 0.0,
-                                         "relative tolerance"),
-                       Parameter::number("absolute", "unit of the pixels", Interval::at_least(0),
-                                         0.0, "absolute tolerance")}),
-      .example = "compare --tolerance 1e-6 in.fits in2.fits",
-      .run = run_compare};
+  return {.name = "compare",
+          .group = measurement_group,
+          .summary = "Differences of two files of the same size; exit code 1 beyond a tolerance",
+          .description =
+              "For each plane of the files a (first) and b the table gives the largest |b - a|, "
+              "its place, and the rms of b - a. They are also given relative to the largest |a| "
+              "and the rms of a. Further columns count the pixels that differ, and pixels that are "
+              "finite in one file only. The exit code is 0 if |b - a| <= --absolute + --tolerance "
+              "max|a| in all planes and no pixel is finite in one file only. Two NaN, or two "
+              "infinities of one sign, are equal. The exit code is 1 otherwise, and 2 if sizes "
+              "differ. Headers are not compared.",
+          .least_inputs = 2,
+          .most_inputs = 2,
+          .result = Operation::Result::text,
+          .parameters =
+              with_output({Parameter::number("tolerance", "largest |a|", Interval::at_least(0), 0.0,
+                                             "relative tolerance"),
+                           Parameter::number("absolute", "unit of the pixels",
+                                             Interval::at_least(0), 0.0, "absolute tolerance")}),
+          .example = "compare --tolerance 1e-6 in.fits in2.fits",
+          .run = run_compare};
 }
 
 }  // namespace

@@ -4,10 +4,8 @@
 #include <cstdint>
 #include <initializer_list>
 #include <string>
-#include <variant>
 #include <vector>
 
-#include "gamer/core/error.h"
 #include "gamer/core/parameter.h"
 #include "gamer/image/data_table.h"
 #include "processing/plane_operation.h"

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/image/plane.h"
 #include "processing/asymmetry.h"
 #include "processing/clumpiness.h"
@@ -13,19 +12,10 @@
 #include "processing/gini_m20.h"
 #include "processing/petrosian.h"
 #include "processing/segmentation.h"
+#include "processing/smoothing.h"
 
 namespace gamer {
 namespace {
-
-/// The image with 0 for missing pixels.
-Image present_pixels(const Image& image) {
-  Image present = image;
-  const auto size = static_cast<std::ptrdiff_t>(image.width()) * image.height();
-  for (double* value = present.plane(0); value != present.plane(0) + size; ++value) {
-    if (!std::isfinite(*value)) *value = 0;
-  }
-  return present;
-}
 
 /// Throws where a circle leaves the image or holds a missing pixel.
 void check_circle(const Image& image, const Plane& plane, const Ellipses& circle, double radius) {

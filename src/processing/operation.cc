@@ -10,7 +10,6 @@
 #include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/config.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/version.h"
 #include "processing/operation_groups.h"
@@ -93,10 +92,7 @@ ParameterTable option_table(const ParameterTable& table) {
 }
 
 ParameterTable all_parameters(const Operation& operation) {
-  ParameterTable table = operation.parameters;
-  const ParameterTable common = common_parameters(operation.result);
-  table.insert(table.end(), common.begin(), common.end());
-  return table;
+  return operation.parameters + common_parameters(operation.result);
 }
 
 /// Values of options by parameter name; flags have none. A list of texts may be given by repeated

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 
 namespace gamer {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "core/message.h"
 #include "gamer/core/capitals.h"
-#include "gamer/core/error.h"
 #include "gamer/core/units.h"
 
 namespace gamer {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "core/message.h"
 #include "gamer/core/capitals.h"
 #include "gamer/core/near.h"
 #include "gamer/image/fits/record_names.h"

@@ -16,7 +16,6 @@
 #include "core/message.h"
 #include "core/no_value.h"
 #include "core/text.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/image/data_table.h"
 

@@ -9,7 +9,6 @@
 
 #include "core/message.h"
 #include "core/no_value.h"
-#include "gamer/core/error.h"
 #include "image/memory.h"
 #include "processing/fftw_planner.h"
 

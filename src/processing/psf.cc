@@ -9,7 +9,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "processing/psf_profile.h"
 
 namespace gamer {

@@ -5,7 +5,7 @@
 #include <system_error>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/near.h"
 #include "gamer/core/units.h"
 #include "processing/aperture.h"
@@ -16,6 +16,18 @@ namespace {
 /// FWHM in pixels.
 constexpr double least_fwhm = 0.1, largest_fwhm = 1000;
 constexpr double angstrom = 1e-10;  // m
+
+BoundTable stamp_keys(StampOptions& p) {
+  return {
+      without_default({p.size, "size", "pixels", Interval::closed(1, largest_stamp),
+                       "side of the PSF's image, odd (default: by --energy)"}),
+      {p.energy, "energy", "", Interval::open(0, 1),
+       fmt::format("share of the flux within the PSF's image, which is at most {0} x {0} pixels",
+                   largest_chosen_stamp)},
+      choice(p.integrated, "sampling", {{"integrated", true}, {"point", false}},
+             "value of a pixel: the model integrated over the pixel, or at the pixel's centre"),
+      {p.keep_missing_flux, "keep_missing_flux", "do not scale the PSF's sum to 1"}};
+}
 
 }  // namespace
 
@@ -105,16 +117,7 @@ Psf PsfOptions::psf(const PlaneTask& task) const {
   return Psf(model);
 }
 
-StampOptions PsfOptions::stamp() const {
-  StampOptions options;
-  if (call_.parameters.has("size")) {
-    options.size = static_cast<int>(call_.parameters.integer("size"));
-  }
-  options.energy = call_.parameters.number("energy");
-  options.integrated = call_.parameters.text("sampling") == "integrated";
-  options.keep_missing_flux = call_.parameters.boolean("keep_missing_flux");
-  return options;
-}
+StampOptions PsfOptions::stamp() const { return read_object(call_.parameters, stamp_keys); }
 
 void PsfOptions::check_file_name(const std::string& name) const {
   const bool is_word = name.find_first_of("./[") == std::string::npos && name != "-";
@@ -194,7 +197,7 @@ StampSource StampFile::source(const PsfOptions& options, int index, int planes,
 }
 
 ParameterTable psf_parameters(const PsfTexts& texts) {
-  return {
+  const ParameterTable model = {
       Parameter::numbers("fwhm", "pixels or arcsec", Interval::positive(), std::nullopt,
                          "full width at half maximum of models; one value, or one for each plane"),
       Parameter::choice("unit", {"pixel", "arcsec"}, "pixel", texts.unit),
@@ -208,17 +211,8 @@ ParameterTable psf_parameters(const PsfTexts& texts) {
       Parameter::number(
           "axis_ratio", "", Interval::closed(0.1, 1), 1.0,
           "ratio of minor to major axis; the area stays that of a circle of this FWHM"),
-      Parameter::number("position_angle", "deg", Interval::any(), 0.0, texts.position_angle),
-      Parameter::integer("size", "pixels", Interval::closed(1, largest_stamp), std::nullopt,
-                         "side of the PSF's image, odd (default: by --energy)"),
-      Parameter::number(
-          "energy", "", Interval::open(0, 1), StampOptions().energy,
-          fmt::format("share of the flux within the PSF's image, which is at most {0} x {0} pixels",
-                      largest_chosen_stamp)),
-      Parameter::choice(
-          "sampling", {"integrated", "point"}, "integrated",
-          "value of a pixel: the model integrated over the pixel, or at the pixel's centre"),
-      Parameter::boolean("keep_missing_flux", false, "do not scale the PSF's sum to 1")};
+      Parameter::number("position_angle", "deg", Interval::any(), 0.0, texts.position_angle)};
+  return model + declarations(stamp_keys);
 }
 
 const char* const psf_model_text =

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "processing/kernel.h"
 
 namespace gamer {

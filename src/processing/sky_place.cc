@@ -4,9 +4,7 @@
 #include <optional>
 #include <string_view>
 
-#include "core/message.h"
 #include "core/sexagesimal.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "processing/plane_operation.h"
 

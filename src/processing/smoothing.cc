@@ -71,6 +71,15 @@ Image by_lines(const Image& image, Line line) {
 
 }  // namespace
 
+Image present_pixels(const Image& image) {
+  Image present = image;
+  const auto size = static_cast<std::ptrdiff_t>(image.width()) * image.height();
+  for (double* value = present.plane(0); value != present.plane(0) + size; ++value) {
+    if (!std::isfinite(*value)) *value = 0;
+  }
+  return present;
+}
+
 Image box_mean(const Image& image, double width) {
   return by_lines(image, [width](const double* in, std::ptrdiff_t step, int size, double* out) {
     mean_line(in, step, size, std::max(1.0, width), out);

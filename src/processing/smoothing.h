@@ -9,6 +9,9 @@ namespace gamer {
 /// image's edges the mean is over the part inside. Missing pixels make their neighbours NaN.
 Image box_mean(const Image& image, double width);
 
+/// The image with 0 for missing pixels.
+Image present_pixels(const Image& image);
+
 /// The plane smoothed by a Gaussian of `sigma` pixels, cut at 4 sigma, with nothing beyond the
 /// edges.
 Image gaussian_mean(const Image& image, double sigma);

@@ -9,7 +9,6 @@
 
 #include "core/message.h"
 #include "core/no_value.h"
-#include "gamer/core/error.h"
 
 namespace gamer {
 namespace {

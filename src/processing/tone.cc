@@ -9,7 +9,6 @@
 
 #include "core/message.h"
 #include "core/no_value.h"
-#include "gamer/core/error.h"
 #include "processing/statistics.h"
 #include "processing/tone_kernel.h"
 
@@ -133,10 +132,7 @@ PlanePtr linear_tone(PlanePtr plane, const LinearTone& tone) {
 }
 
 PlanePtr gamma_tone(PlanePtr plane, double maximum, double gamma) {
-  ToneKernel kernel;
-  kernel.parameter = gamma;
-  kernel.range = maximum;
-  return curved(std::move(plane), kernel);
+  return curved(std::move(plane), {.parameter = gamma, .range = maximum});
 }
 
 double positive_maximum(std::span<const PlanePtr> planes, int threads) {
@@ -148,10 +144,8 @@ double positive_maximum(std::span<const PlanePtr> planes, int threads) {
 
 PlanePtr stretched(PlanePtr plane, const Stretch& stretch) {
   const double a = stretch.softening;
-  ToneKernel kernel;
-  kernel.offset = stretch.limits.low;
-  kernel.range = stretch.limits.high - stretch.limits.low;
-  kernel.clip = stretch.clip;
+  const auto [low, high] = stretch.limits;
+  ToneKernel kernel{.offset = low, .range = high - low, .clip = stretch.clip};
   switch (stretch.function) {
     case Stretch::Function::square_root:
       return stretched_by(std::move(plane), stretch, [](double x) { return std::sqrt(x); });

@@ -50,7 +50,7 @@ double positive_maximum(std::span<const PlanePtr> planes, int threads);
 /// are those of Astropy's visualization.
 struct Stretch {
   enum class Function { linear, square_root, logarithm, asinh };
-  Function function = Function::linear;
+  Function function = Function::asinh;
   double softening = 1;  ///< > 0; for logarithm and asinh
   Limits limits;         ///< low < high
   bool clip = true;

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,8 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/message.h"
-#include "gamer/core/error.h"
+#include "gamer/core/bound_parameter.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
 #include "processing/tone.h"
@@ -21,11 +19,10 @@ namespace {
 
 // ---- One tone for each plane or for the file ---------------------------------------------------
 
-const Parameter& per_parameter() {
-  static const Parameter parameter = Parameter::choice(
+Parameter per_parameter() {
+  return Parameter::choice(
       "per", {"file", "plane"}, "file",
       "measure all planes of the file together, which keeps colours, or each plane alone");
-  return parameter;
 }
 
 /// An output plane, made once all planes of the file are known.
@@ -332,26 +329,34 @@ Operation gamma_operation() {
 
 // ---- stretch -----------------------------------------------------------------------------------
 
-const std::map<std::string, Stretch::Function>& stretch_functions() {
-  static const std::map<std::string, Stretch::Function> functions = {
-      {"linear", Stretch::Function::linear},
-      {"sqrt", Stretch::Function::square_root},
-      {"log", Stretch::Function::logarithm},
-      {"asinh", Stretch::Function::asinh}};
-  return functions;
+BoundTable stretch_keys(Stretch& p) {
+  return {choice(p.function, "function",
+                 {{"linear", Stretch::Function::linear},
+                  {"sqrt", Stretch::Function::square_root},
+                  {"log", Stretch::Function::logarithm},
+                  {"asinh", Stretch::Function::asinh}},
+                 "the stretch"),
+          without_default({p.softening, "softening", "", Interval::positive(),
+                           "parameter a of log (default 1000; larger bends more) and "
+                           "asinh (default 0.1; smaller bends more)"}),
+          Parameter::vector2("percentiles", "%", Interval::closed(0, 100),
+                             std::vector<double>{0, 100}, "limits low,high as percentiles"),
+          Parameter::vector2("limits", "unit of the pixels", Interval::any(), std::nullopt,
+                             "limits low,high as values"),
+          Parameter::boolean("no_clip", false, "keep values beyond the limits"),
+          per_parameter()};
 }
 
 int stretch_file(const OperationCall& call) {
   const ParameterSet& parameters = call.parameters;
   Stretch stretch;
   const std::string& name = parameters.text("function");
-  stretch.function = stretch_functions().at(name);
+  put_values(parameters, stretch_keys(stretch));
   const bool has_softening = name == "log" || name == "asinh";
   if (parameters.has("softening") && !has_softening) {
     throw input_error("gutil stretch: --softening goes with log and asinh, not {}", name);
   }
-  stretch.softening = parameters.has("softening") ? parameters.number("softening")
-                                                  : default_softening(stretch.function);
+  if (!parameters.has("softening")) stretch.softening = default_softening(stretch.function);
   stretch.clip = !parameters.boolean("no_clip");
   if (parameters.has("limits") && parameters.is_given("percentiles")) {
     throw InputError("gutil stretch: --limits and --percentiles exclude each other; give one");
@@ -391,21 +396,7 @@ Operation stretch_operation() {
               "each plane (--per plane), or fixed values. x is clipped to [0, 1]; with --no-clip "
               "v'(-x) = -v'(x). Missing pixels stay missing. Pixels are no longer a linear measure "
               "of light: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE are deleted.",
-          .parameters =
-              {
-                  Parameter::choice("function", {"linear", "sqrt", "log", "asinh"}, "asinh",
-                                    "the stretch"),
-                  Parameter::number(
-                      "softening", "", Interval::positive(), std::nullopt,
-                      "parameter a of log (default 1000; larger bends more) and asinh (default "
-                      "0.1; smaller bends more)"),
-                  Parameter::vector2("percentiles", "%", Interval::closed(0, 100),
-                                     std::vector<double>{0, 100}, "limits low,high as percentiles"),
-                  Parameter::vector2("limits", "unit of the pixels", Interval::any(), std::nullopt,
-                                     "limits low,high as values"),
-                  Parameter::boolean("no_clip", false, "keep values beyond the limits"),
-                  per_parameter(),
-              },
+          .parameters = declarations(stretch_keys),
           .example = "stretch --function asinh --percentiles 1,99.9 in.fits out.fits",
           .run = stretch_file};
 }

@@ -62,10 +62,7 @@ Disk found_disk(const OperationCall& call, const GalaxyPlane& galaxy) {
 
 /// Square cells in ln r, of the columns' width.
 PolarGrid fit_grid(const Disk& disk, int columns) {
-  PolarGrid grid;
-  grid.inner = disk.inner;
-  grid.outer = disk.outer;
-  grid.columns = columns;
+  PolarGrid grid{.inner = disk.inner, .outer = disk.outer, .columns = columns};
   const double rows = std::log(disk.outer / disk.inner) / grid.azimuth_step();
   grid.rows = std::max(1, static_cast<int>(std::lround(rows)));
   return grid;
@@ -204,13 +201,12 @@ Operation unwrap_operation() {
               Parameter::number(
                   "inclination", "deg", Interval::right_open(0, 90), std::nullopt,
                   "0: face-on (default: of the light's axis ratio within 1.5 Petrosian radii)"),
-              Parameter::number(
-                  "position_angle", "deg", Interval::any(), std::nullopt,
-                  "line of nodes, from North towards East; without celestial coordinates from +y "
-                  "towards -x (default: the light's major axis)"),
-              Parameter::vector2("radius", "pixels", Interval::positive(), std::nullopt,
-                                 "inner,outer radius in the disk (default: 0.25 and 1 Petrosian "
-                                 "radii)"),
+              Parameter::number("position_angle", "deg", Interval::any(), std::nullopt,
+                                "line of nodes, from North towards East; without celestial "
+                                "coordinates from +y towards -x (default: the light's major axis)"),
+              Parameter::vector2(
+                  "radius", "pixels", Interval::positive(), std::nullopt,
+                  "inner,outer radius in the disk (default: 0.25 and 1 Petrosian radii)"),
               Parameter::choice("axis", {"log", "linear"}, "log", "rows even in ln r or in r"),
               Parameter::integer("columns", "", Interval::closed(16, 100000), 720,
                                  "steps of azimuth"),

@@ -181,9 +181,7 @@ Renderer::Renderer(const RenderParameters& parameters, const Accuracy& accuracy,
 
 std::vector<double> Renderer::spectral_nodes() const {
   std::vector<double> nodes;
-  for (std::size_t j = 0; j < medium_.basis().size(); ++j) {
-    nodes.push_back(medium_.basis().node(j));
-  }
+  for (std::size_t j = 0; j < medium_.basis().size(); ++j) nodes.push_back(medium_.basis().node(j));
   return nodes;
 }
 

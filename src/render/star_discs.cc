@@ -253,9 +253,7 @@ void Renderer::share_disc(const glm::dvec2& pixel, std::span<const double> times
   for (double j = y - reach; j <= y + reach; ++j) {
     for (double i = x - reach; i <= x + reach; ++i) {
       profile.at(i - pixel.x, j - pixel.y, parts);
-      for (std::size_t p = 0; p < shares.size(); ++p) {
-        shares[p] = profile.share(p, parts, sums);
-      }
+      for (std::size_t p = 0; p < shares.size(); ++p) shares[p] = profile.share(p, parts, sums);
       if (std::ranges::none_of(shares, [](double share) { return share > 0; })) continue;
       const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(i), static_cast<int>(j));
       take(place.x, place.y, shares);

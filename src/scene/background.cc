@@ -8,7 +8,6 @@
 #include <string_view>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/random.h"
 #include "gamer/core/random_variate.h"
 #include "gamer/core/units.h"

@@ -339,10 +339,9 @@ double Camera::distance(const glm::dvec3& point) const {
 
 std::vector<std::string> Camera::wcs_records() const {
   FitsHeader header(wcs_->records());
-  PixelMap shift;
-  shift.x0 = -window_.left;
-  shift.y0 = -window_.bottom;
-  map_pixels(header, shift, "image.region");
+  map_pixels(header,
+             {.x0 = -static_cast<double>(window_.left), .y0 = -static_cast<double>(window_.bottom)},
+             "image.region");
   const bool is_part = window_.left != 0 || window_.bottom != 0 || window_.width != width_ ||
                        window_.height != height_;
   for (const char* key : {"CRPIX1", "CRPIX2"}) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <utility>
 #include <vector>
 
 #include "core/message.h"
+#include "gamer/core/bound_parameter.h"
 #include "scene/section_values.h"
 
 namespace gamer {
@@ -49,82 +49,65 @@ void check_view(const ParameterSet& camera) {
   }
 }
 
-Projection find_projection(const std::string& kind) {
-  constexpr std::pair<std::string_view, Projection> kinds[] = {
-      {"perspective", Projection::perspective},
-      {"orthographic", Projection::orthographic},
-      {"sky", Projection::sky},
-      {"fisheye", Projection::fisheye},
-      {"cubemap", Projection::cubemap},
-      {"equirectangular", Projection::equirectangular},
-      {"healpix", Projection::healpix}};
-  return std::ranges::find(kinds, kind, &std::pair<std::string_view, Projection>::first)->second;
+BoundTable view_keys(CameraSettings& p) {
+  return {choice(p.projection, "projection",
+                 {{"perspective", Projection::perspective},
+                  {"orthographic", Projection::orthographic},
+                  {"sky", Projection::sky},
+                  {"fisheye", Projection::fisheye},
+                  {"equirectangular", Projection::equirectangular},
+                  {"cubemap", Projection::cubemap},
+                  {"healpix", Projection::healpix}},
+                 "kind of camera"),
+          Parameter::vector3("position", "scene units", Interval::any(),
+                             std::vector<double>{0, -3, 0}, "place of the camera"),
+          Parameter::vector3("target", "scene units", Interval::any(), std::vector<double>{0, 0, 0},
+                             "point in the middle of the image"),
+          Parameter::vector3("up", "scene units", Interval::any(), std::vector<double>{0, 0, 1},
+                             "direction that is up in the image"),
+          {p.fov, "fov", "deg", Interval::left_open(0, 360).usual_logarithmic(1, 180),
+           "full angle across the image's width (perspective: below 180; fisheye: 180 by default)"},
+          {p.width, "width", "scene units", Interval::positive().usual_logarithmic(0.05, 50),
+           "full width across the image (orthographic)"},
+          Parameter::integer(
+              "nside", "", Interval::closed(1, largest_nside), 128,
+              "pixels along a side of each of the twelve base pixels, a power of 2 (healpix)"),
+          choice(p.is_nested, "ordering", {{"ring", false}, {"nested", true}},
+                 "order of the map's pixels in the file (healpix)"),
+          choice(p.frame, "frame",
+                 {{"galactic", SphereFrame::galactic},
+                  {"equatorial", SphereFrame::equatorial},
+                  {"ecliptic", SphereFrame::ecliptic}},
+                 "name of the file's longitudes and latitudes; the target is at (0, 0), and up is "
+                 "the North pole (fisheye, equirectangular, cubemap, healpix)")};
 }
 
-SphereFrame find_frame(const std::string& name) {
-  return name == "galactic"     ? SphereFrame::galactic
-         : name == "equatorial" ? SphereFrame::equatorial
-                                : SphereFrame::ecliptic;
-}
-
-ParameterTable view_parameters() {
-  return {
-      Parameter::choice("projection",
-                        {"perspective", "orthographic", "sky", "fisheye", "equirectangular",
-                         "cubemap", "healpix"},
-                        "perspective", "kind of camera"),
-      Parameter::vector3("position", "scene units", Interval::any(), std::vector<double>{0, -3, 0},
-                         "place of the camera"),
-      Parameter::vector3("target", "scene units", Interval::any(), std::vector<double>{0, 0, 0},
-                         "point in the middle of the image"),
-      Parameter::vector3("up", "scene units", Interval::any(), std::vector<double>{0, 0, 1},
-                         "direction that is up in the image"),
-      Parameter::number("fov", "deg", Interval::left_open(0, 360), 45.0,
-                        "full angle across the image's width (perspective: below 180; fisheye: "
-                        "180 by default)")
-          .usual_logarithmic(1, 180),
-      Parameter::number("width", "scene units", Interval::positive(), 2.5,
-                        "full width across the image (orthographic)")
-          .usual_logarithmic(0.05, 50),
-      Parameter::integer(
-          "nside", "", Interval::closed(1, largest_nside), 128,
-          "pixels along a side of each of the twelve base pixels, a power of 2 (healpix)"),
-      Parameter::choice("ordering", {"ring", "nested"}, "ring",
-                        "order of the map's pixels in the file (healpix)"),
-      Parameter::choice("frame", {"galactic", "equatorial", "ecliptic"}, "galactic",
-                        "name of the file's longitudes and latitudes; the target is at (0, 0), "
-                        "and up is the North pole (fisheye, equirectangular, cubemap, healpix)")};
-}
-
-ParameterTable sky_parameters() {
+BoundTable sky_keys(CameraSettings& p) {
   return {
       Parameter::vector2("center", "deg", Interval::any(), std::vector<double>{0, 0},
                          "right ascension and declination of the image's middle (sky)"),
       Parameter::text("instrument", std::nullopt,
                       "name in `instruments/`, or a file; gives the default of pixel_scale (sky)"),
-      Parameter::number("pixel_scale", "arcsec", pixel_scales(), 0.2,
-                        "size of a pixel in the image's middle (sky)")
-          .usual_logarithmic(0.01, 10),
-      Parameter::number("rotation", "deg", Interval::any(), 0.0,
-                        "position angle of the image's +y, East of North (sky)")
-          .usual(-180, 180),
-      Parameter::text("sky_projection", "TAN",
-                      "projection of the FITS standard, by its three letters (sky)"),
-      Parameter::numbers("projection_parameters", "", Interval::any(), std::vector<double>{},
-                         "PV2_1, PV2_2, ... of the projection (sky)"),
-      Parameter::text(
-          "header", std::nullopt,
-          "FITS file that gives the image's size and WCS, instead of the keys above (sky)")};
+      Parameter::number("pixel_scale", "arcsec", pixel_scales().usual_logarithmic(0.01, 10), 0.2,
+                        "size of a pixel in the image's middle (sky)"),
+      {p.sky.rotation, "rotation", "deg", Interval::any().usual(-180, 180),
+       "position angle of the image's +y, East of North (sky)"},
+      {p.sky.projection, "sky_projection",
+       "projection of the FITS standard, by its three letters (sky)"},
+      {p.sky.parameters, "projection_parameters", "", Interval::any(),
+       "PV2_1, PV2_2, ... of the projection (sky)"},
+      without_default(
+          {p.header, "header",
+           "FITS file that gives the image's size and WCS, instead of the keys above (sky)"})};
 }
 
-ParameterTable common_parameters() {
-  return {
-      Parameter::vector2("shear", "", Interval::open(-1, 1), std::vector<double>{0, 0},
-                         "weak lensing: reduced shear `g1 g2` of the galaxies whose rows give "
-                         "neither"),
-      Parameter::integer("supersample", "", Interval::closed(1, largest_supersample), std::nullopt,
-                         "sub-pixels per side; by default 1 for relative pixels, otherwise chosen "
-                         "by sampling.tolerance")};
+BoundTable common_keys(CameraSettings& p) {
+  return {Parameter::vector2(
+              "shear", "", Interval::open(-1, 1), std::vector<double>{0, 0},
+              "weak lensing: reduced shear `g1 g2` of the galaxies whose rows give neither"),
+          {p.supersample, "supersample", "", Interval::closed(1, largest_supersample),
+           "sub-pixels per side; by default 1 for relative pixels, otherwise chosen by "
+           "sampling.tolerance"}};
 }
 
 /// Which projections have which parameters.
@@ -152,46 +135,39 @@ std::span<const std::string_view> CameraSettings::header_keys() {
 }
 
 ParameterSection CameraSettings::section() {
-  return {"camera", "The view.", view_parameters() + sky_parameters() + common_parameters(),
+  return {"camera", "The view.",
+          declarations(view_keys) + declarations(sky_keys) + declarations(common_keys),
           conditions()};
 }
 
 CameraSettings CameraSettings::read(const ParameterSet& values) {
-  CameraSettings result;
-  result.projection = find_projection(values.text("projection"));
+  CameraSettings result = read_object(values, view_keys);
+  put_values(values, sky_keys(result));
+  put_values(values, common_keys(result));
   if (result.projection != Projection::sky) check_view(values);
   result.position = vector(values.numbers("position"));
   result.target = vector(values.numbers("target"));
   result.up = vector(values.numbers("up"));
-  result.fov = values.number("fov");
   if (result.projection == Projection::perspective && !(result.fov < 180)) {
     throw input_error(values.where("fov"),
                       "fov = {} is outside ]0, 180[ (deg) of a perspective view; projection = "
                       "\"fisheye\" shows more",
                       result.fov);
   }
-  result.width = values.number("width");
-  result.frame = find_frame(values.text("frame"));
-  result.is_nested = values.text("ordering") == "nested";
   const std::vector<double>& center = values.numbers("center");
   if (std::abs(center[1]) > 90) {
     throw input_error(values.where("center"),
                       "center = {}: the declination is outside [-90, 90] (deg)",
                       value_text(values.value("center")));
   }
-  result.sky.projection = values.text("sky_projection");
-  result.sky.parameters = values.numbers("projection_parameters");
   result.sky.center = {center[0], center[1]};
   result.sky.pixel_scale = values.number("pixel_scale");
-  result.sky.rotation = values.number("rotation");
-  result.header = text_or_empty(values, "header");
   result.header_where = values.where("header");
   const std::vector<double>& shear = values.numbers("shear");
   result.shear = {shear[0], shear[1]};
   if (!(std::hypot(shear[0], shear[1]) < 1)) {
     throw InputError(values.where("shear"), "shear: the reduced shear is not below 1");
   }
-  result.supersample = optional_integer(values, "supersample");
   return result;
 }
 

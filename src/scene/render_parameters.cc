@@ -9,7 +9,6 @@
 #include "core/message.h"
 #include "gamer/core/near.h"
 #include "image/image_suffix.h"
-#include "scene/section_values.h"
 
 namespace gamer {
 

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "gamer/core/config.h"
-#include "gamer/core/error.h"
 #include "gamer/scene/catalogue.h"
 
 namespace gamer {

@@ -4,7 +4,6 @@
 #include <sstream>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 
 namespace gamer {
 namespace {

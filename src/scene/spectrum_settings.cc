@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "core/message.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/near.h"
-#include "scene/section_values.h"
 
 namespace gamer {
 namespace {
@@ -29,62 +29,58 @@ void check_planes(const ParameterSet& spectrum) {
   if (repeated != sorted.end()) throw input_error(where, "wavelengths has {} A twice", *repeated);
 }
 
+BoundTable spectrum_keys(SpectrumSettings& p) {
+  return {Parameter::numbers("wavelengths", "Angstrom", Interval::positive(),
+                             std::vector<double>{5500}, "observed wavelengths, one plane each"),
+          {p.bands, "bands",
+           "names or files of bandpasses in `bandpasses/`, one plane each, after the "
+           "wavelengths; if only bands are given, there are no other planes"},
+          {p.band_samples, "band_samples", "", Interval::closed(1, most_band_samples),
+           "number of wavelengths in each band at which dust is evaluated; by "
+           "default chosen by sampling.tolerance"},
+          choice(p.igm, "igm", {{"none", Igm::none}, {"madau95", Igm::madau95}},
+                 "absorption by intergalactic hydrogen: Madau 1995")};
+}
+
+BoundTable photometry_keys(PhotometrySettings& p) {
+  return {{p.reference_band, "reference_band", "band of the scene's magnitudes"},
+          {p.attenuated, "attenuated",
+           "whether magnitudes include dimming by the galaxy's own dust; by default "
+           "apparent magnitudes do and absolute magnitudes do not"},
+          without_default({p.area, "area", "m^2", Interval::positive(),
+                           "collecting area of the telescope, for electron/s"}),
+          {p.throughput, "throughput", "", Interval::left_open(0, 1),
+           "throughput of telescope and detector, besides that of the bandpass, for electron/s"}};
+}
+
 }  // namespace
 
 ParameterSection SpectrumSettings::section() {
-  return {
-      "spectrum",
-      "The wavelengths and bands of the image's planes.",
-      {Parameter::numbers("wavelengths", "Angstrom", Interval::positive(),
-                          std::vector<double>{5500}, "observed wavelengths, one plane each"),
-       Parameter::texts("bands", std::vector<std::string>{},
-                        "names or files of bandpasses in `bandpasses/`, one plane each, after the "
-                        "wavelengths; if only bands are given, there are no other planes"),
-       Parameter::integer("band_samples", "", Interval::closed(1, most_band_samples), std::nullopt,
-                          "number of wavelengths in each band at which dust is evaluated; by "
-                          "default chosen by sampling.tolerance"),
-       Parameter::choice("igm", {"none", "madau95"}, "none",
-                         "absorption by intergalactic hydrogen: Madau 1995")},
-      {}};
+  return {"spectrum", "The wavelengths and bands of the image's planes.",
+          declarations(spectrum_keys)};
 }
 
 SpectrumSettings SpectrumSettings::read(const ParameterSet& values) {
   check_planes(values);
-  SpectrumSettings result;
-  result.bands = values.texts("bands");
+  SpectrumSettings result = read_object(values, spectrum_keys);
   result.bands_where = values.where("bands");
   // The default wavelength gives way to bands.
   if (result.bands.empty() || values.is_given("wavelengths")) {
     result.wavelengths = values.numbers("wavelengths");
   }
   result.wavelengths_where = values.where("wavelengths");
-  result.band_samples = optional_integer(values, "band_samples");
-  result.igm = values.text("igm") == "madau95" ? Igm::madau95 : Igm::none;
   return result;
 }
 
 ParameterSection PhotometrySettings::section() {
-  return {
-      "photometry",
-      "The meaning of magnitudes, and the telescope.",
-      {Parameter::text("reference_band", "sdss_r", "band of the scene's magnitudes"),
-       Parameter::boolean("attenuated", std::nullopt,
-                          "whether magnitudes include dimming by the galaxy's own dust; by default "
-                          "apparent magnitudes do and absolute magnitudes do not"),
-       Parameter::number("area", "m^2", Interval::positive(), std::nullopt,
-                         "collecting area of the telescope, for electron/s"),
-       Parameter::number(
-           "throughput", "", Interval::left_open(0, 1), 1.0,
-           "throughput of telescope and detector, besides that of the bandpass, for electron/s")},
-      {}};
+  return {"photometry", "The meaning of magnitudes, and the telescope.",
+          declarations(photometry_keys)};
 }
 
 PhotometrySettings PhotometrySettings::read(const ParameterSet& values) {
-  return {.reference_band = values.text("reference_band"),
-          .reference_band_where = values.where("reference_band"),
-          .attenuated = optional_boolean(values, "attenuated"),
-          .area = optional_number(values, "area").value_or(0),
-          .throughput = values.number("throughput")};
+  PhotometrySettings result = read_object(values, photometry_keys);
+  result.reference_band_where = values.where("reference_band");
+  return result;
 }
 
 ParameterSection CosmologySettings::section() {

@@ -1,6 +1,7 @@
 #include "gamer/scene/star_settings.h"
 
 #include "core/message.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/random.h"
 #include "scene/section_values.h"
 
@@ -22,49 +23,47 @@ void check_field_stars(const ParameterSet& stars) {
   check_order("temperature_low", "temperature_high");
 }
 
+BoundTable star_keys(StarSettings& p) {
+  return {
+      {p.field.number, "number", "1/deg^2", Interval::closed(0, most_field_stars),
+       "number of field stars between the magnitudes (sky views)"},
+      {p.field.bright, "bright", "mag", Interval::any(),
+       "AB magnitude of the brightest field stars in photometry.reference_band"},
+      {p.field.faint, "faint", "mag", Interval::any(), "AB magnitude of the faintest field stars"},
+      {p.field.slope, "slope", "dex/mag", Interval::closed(-2, 2),
+       "slope of the counts: dN/dm ~ 10^(slope m)"},
+      {p.field.coldest, "temperature_low", "K", star_temperatures(),
+       "lowest temperature; stars are blackbodies, uniform in ln T"},
+      {p.field.hottest, "temperature_high", "K", star_temperatures(), "highest temperature"},
+      {p.field.seed, "seed", "", Interval::closed(0, largest_seed), "seed of the field stars"},
+      {p.antialiased, "antialiased",
+       "share a star's light among the four nearest pixels, so that its "
+       "centroid is exact; false puts it into one pixel"},
+      {p.discs, "discs",
+       "draw stars whose pixel would be brighter than the white point as white "
+       "discs of that brightness, in a halo of their colour; by default true "
+       "for pictures (.png, .bmp) and with white_point"},
+      {p.white_point, "white_point", "", Interval::positive(),
+       "brightness of the discs in the image's unit; by default the white of the "
+       "picture that the image makes"},
+      {p.largest_radius, "largest_radius", "pixels", Interval::closed(1, largest_star_radius),
+       "largest radius of these discs; stars that need larger discs become brighter ones"},
+      {p.halo, "halo", "", Interval::right_open(0, 1),
+       "about the share of a bright star's light beyond the radius of its white "
+       "core; the halo falls with the distance d as d^(-2/halo), and 0 is a disc"},
+      {p.spikes, "spikes", "", Interval::right_open(0, 1),
+       "share of a bright star's light in four diffraction spikes"},
+      {p.table, "table",
+       "add table STARS to a FITS image: places, magnitudes, distances and "
+       "optical depths of the stars of star fields that it draws"}};
+}
+
 }  // namespace
 
 ParameterSection StarSettings::section() {
-  return {
-      "stars",
-      "Field stars over the whole sky, besides those of the scene, and the drawing of stars.",
-      {Parameter::number("number", "1/deg^2", Interval::closed(0, most_field_stars), 0.0,
-                         "number of field stars between the magnitudes (sky views)"),
-       Parameter::number("bright", "mag", Interval::any(), 14.0,
-                         "AB magnitude of the brightest field stars in photometry.reference_band"),
-       Parameter::number("faint", "mag", Interval::any(), 24.0,
-                         "AB magnitude of the faintest field stars"),
-       Parameter::number("slope", "dex/mag", Interval::closed(-2, 2), 0.2,
-                         "slope of the counts: dN/dm ~ 10^(slope m)"),
-       Parameter::number("temperature_low", "K", star_temperatures(), 3000.0,
-                         "lowest temperature; stars are blackbodies, uniform in ln T"),
-       Parameter::number("temperature_high", "K", star_temperatures(), 9000.0,
-                         "highest temperature"),
-       Parameter::integer("seed", "", Interval::closed(0, largest_seed), 1,
-                          "seed of the field stars"),
-       Parameter::boolean("antialiased", true,
-                          "share a star's light among the four nearest pixels, so that its "
-                          "centroid is exact; false puts it into one pixel"),
-       Parameter::boolean("discs", std::nullopt,
-                          "draw stars whose pixel would be brighter than the white point as white "
-                          "discs of that brightness, in a halo of their colour; by default true "
-                          "for pictures (.png, .bmp) and with white_point"),
-       Parameter::number("white_point", "", Interval::positive(), std::nullopt,
-                         "brightness of the discs in the image's unit; by default the white of the "
-                         "picture that the image makes"),
-       Parameter::number(
-           "largest_radius", "pixels", Interval::closed(1, largest_star_radius), 8.0,
-           "largest radius of these discs; stars that need larger discs become brighter ones"),
-       Parameter::number(
-           "halo", "", Interval::right_open(0, 1), 0.6,
-           "about the share of a bright star's light beyond the radius of its white "
-           "core; the halo falls with the distance d as d^(-2/halo), and 0 is a disc"),
-       Parameter::number("spikes", "", Interval::right_open(0, 1), 0.0,
-                         "share of a bright star's light in four diffraction spikes"),
-       Parameter::boolean("table", false,
-                          "add table STARS to a FITS image: places, magnitudes, distances and "
-                          "optical depths of the stars of star fields that it draws")},
-      {}};
+  return {"stars",
+          "Field stars over the whole sky, besides those of the scene, and the drawing of stars.",
+          declarations(star_keys)};
 }
 
 double StarSettings::reach() const {
@@ -72,23 +71,9 @@ double StarSettings::reach() const {
 }
 
 StarSettings StarSettings::read(const ParameterSet& values) {
-  StarSettings result;
-  result.field = {.number = values.number("number"),
-                  .bright = values.number("bright"),
-                  .faint = values.number("faint"),
-                  .slope = values.number("slope"),
-                  .coldest = values.number("temperature_low"),
-                  .hottest = values.number("temperature_high"),
-                  .seed = static_cast<std::uint64_t>(values.integer("seed")),
-                  .number_where = values.where("number")};
+  StarSettings result = read_object(values, star_keys);
+  result.field.number_where = values.where("number");
   if (result.field.number > 0) check_field_stars(values);
-  result.antialiased = values.boolean("antialiased");
-  result.discs = optional_boolean(values, "discs");
-  result.white_point = optional_number(values, "white_point");
-  result.largest_radius = values.number("largest_radius");
-  result.halo = values.number("halo");
-  result.spikes = values.number("spikes");
-  result.table = values.boolean("table");
   return result;
 }
 

@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 
 namespace gamer {
 namespace {

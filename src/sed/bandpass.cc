@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/parameter.h"
 #include "sed/two_columns.h"
 

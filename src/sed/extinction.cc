@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
 #include "sed/two_columns.h"

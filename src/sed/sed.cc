@@ -8,7 +8,6 @@
 
 #include "core/message.h"
 #include "core/text.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
 #include "sed/two_columns.h"

@@ -1,7 +1,6 @@
 #include "studio/access.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -11,7 +10,7 @@
 #include <cerrno>
 #include <cstddef>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 
 namespace gamer {
 namespace {
@@ -56,10 +55,10 @@ ServerSecrets read_secrets(const std::filesystem::path& path) {
   const OpenFile file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};
   if (!file.is_open() || fstat(file.number(), &status) != 0 || !S_ISREG(status.st_mode)) {
-    throw InputError(fmt::format("'{}' is no file that can be read", path.string()));
+    throw input_error("'{}' is no file that can be read", path.string());
   }
   if (status.st_uid != geteuid() || (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    throw InputError(fmt::format("'{}': others may read it; chmod 600 it", path.string()));
+    throw input_error("'{}': others may read it; chmod 600 it", path.string());
   }
   std::array<char, secrets_bytes + 1> bytes{};
   const ssize_t count = read(file.number(), bytes.data(), bytes.size());
@@ -68,7 +67,7 @@ ServerSecrets read_secrets(const std::filesystem::path& path) {
   const std::string_view cookie =
       text.size() == secrets_bytes ? text.substr(token_digits + 1, token_digits) : "";
   if (!is_token(token) || !is_token(cookie)) {
-    throw InputError(fmt::format("'{}' holds no secrets of gstudio", path.string()));
+    throw input_error("'{}' holds no secrets of gstudio", path.string());
   }
   return {std::string(token), std::string(cookie), {}};
 }
@@ -83,7 +82,7 @@ ServerSecrets make_secrets(const std::filesystem::path& path) {
   const std::string text = secrets.token + "\n" + secrets.cookie + "\n";
   if (!file.is_open() ||
       write(file.number(), text.data(), text.size()) != static_cast<ssize_t>(text.size())) {
-    throw RunError(fmt::format("'{}' cannot be written", path.string()));
+    throw run_error("'{}' cannot be written", path.string());
   }
   return secrets;
 }

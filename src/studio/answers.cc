@@ -1,11 +1,9 @@
 #include "studio/answers.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <utility>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 #include "gamer/core/near.h"
 #include "gamer/core/shell_word.h"
 #include "gamer/scene/galaxy_library.h"
@@ -77,8 +75,8 @@ Json Answers::operator()(const GalaxyRequest& request) {
   Resources resources(session_.folders());
   const std::vector<std::string> names = resources.names("galaxies", galaxy_suffixes());
   if (std::ranges::find(names, request.name) == names.end()) {
-    throw InputError(fmt::format("the catalogue has no galaxy {}{}", in_quotes(request.name),
-                                 did_you_mean(request.name, names)));
+    throw input_error("the catalogue has no galaxy {}{}", in_quotes(request.name),
+                      did_you_mean(request.name, names));
   }
   // A galaxy of the document is the one that its scene finds.
   const auto known = document_.texts.galaxies.find(request.name);
@@ -106,10 +104,9 @@ Json Answers::operator()(const SaveRequest& request) {
 Json Answers::save_own(const SaveRequest& request) {
   const auto file = document_.files.find(request.galaxy);
   if (file == document_.files.end()) {
-    throw InputError(
-        fmt::format("'{}' is a galaxy of the catalogue, which stays as it is; save it "
-                    "under another name",
-                    request.galaxy));
+    throw input_error(
+        "'{}' is a galaxy of the catalogue, which stays as it is; save it under another name",
+        request.galaxy);
   }
   save_over(file->second, document_.texts.galaxies[request.galaxy], request.text,
             request.overwrite);
@@ -120,10 +117,9 @@ void Answers::save_over(const fs::path& file, std::string& known, const std::str
                         bool overwrite) const {
   const std::optional<std::string> now = read_text(file);
   if (now && *now != known && *now != text && !overwrite) {
-    throw InputError(
-        fmt::format("'{}' was changed by another program since it was opened; save "
-                    "under another name",
-                    file.string()));
+    throw input_error(
+        "'{}' was changed by another program since it was opened; save under another name",
+        file.string());
   }
   write_text(file, text, true);
   known = text;
@@ -147,7 +143,7 @@ Json Answers::save_as(const SaveRequest& request) const {
       request.galaxy.ends_with(suffix) ? request.galaxy : request.galaxy + suffix;
   const fs::path path = folder_.place(name, {suffix});
   if (!request.overwrite && fs::exists(fs::symlink_status(path))) {
-    throw InputError(fmt::format("'{}' exists already", name));
+    throw input_error("'{}' exists already", name);
   }
   write_text(path, request.text, request.overwrite);
   return {{"op", "saved"}, {"file", name}, {"path", path.string()}};

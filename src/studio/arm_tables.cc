@@ -1,11 +1,9 @@
 #include "studio/arm_tables.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 #include "gamer/core/units.h"
 #include "gamer/galaxy/arm_pattern.h"
 
@@ -41,8 +39,7 @@ ConfigNode::Array& arms_of(ConfigNode& root) {
 ConfigNode& arm_at(ConfigNode& root, int arm) {
   ConfigNode::Array& arms = arms_of(root);
   if (arm < 0 || arm >= static_cast<int>(arms.size())) {
-    throw InputError(root.where,
-                     fmt::format("there is no [[arm]] {}; the galaxy has {}", arm, arms.size()));
+    throw input_error(root.where, "there is no [[arm]] {}; the galaxy has {}", arm, arms.size());
   }
   return arms[static_cast<std::size_t>(arm)];
 }
@@ -59,8 +56,8 @@ void refuse_left_arm(ConfigNode& root, int arm) {
   const ConfigNode::Array& arms = arms_of(root);
   for (std::size_t i = 0; i < arms.size(); ++i) {
     if (arm_left_by(arms[i]) != arm) continue;
-    throw InputError(root.where, fmt::format("arm {} leaves arm {}: delete arm {} first", i + 1,
-                                             arm + 1, i + 1));
+    throw input_error(root.where, "arm {} leaves arm {}: delete arm {} first", i + 1, arm + 1,
+                      i + 1);
   }
 }
 

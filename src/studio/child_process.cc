@@ -1,7 +1,6 @@
 #include "studio/child_process.h"
 
 #include <fcntl.h>
-#include <fmt/format.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -12,7 +11,7 @@
 #include <filesystem>
 #include <system_error>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 
 namespace gamer {
 namespace {
@@ -63,7 +62,7 @@ pid_t start(std::vector<std::string> words, int output) {
   const pid_t parent = getpid();
   const pid_t child = fork();
   if (child == 0) become(arguments.data(), output, parent);
-  if (child < 0) throw RunError(fmt::format("gstudio: cannot start {}", words.front()));
+  if (child < 0) throw run_error("gstudio: cannot start {}", words.front());
   return child;
 }
 

@@ -30,10 +30,10 @@ Json parameter_json(const Parameter& parameter, const std::string& prefix) {
   const Interval& interval = parameter.interval;
   Json soft_min = nullptr, soft_max = nullptr;
   const char* scale = "linear";
-  if (parameter.usual_range) {
-    soft_min = parameter.usual_range->low;
-    soft_max = parameter.usual_range->high;
-    if (parameter.usual_range->is_logarithmic) scale = "log";
+  if (parameter.interval.usual_range) {
+    soft_min = parameter.interval.usual_range->low;
+    soft_max = parameter.interval.usual_range->high;
+    if (parameter.interval.usual_range->is_logarithmic) scale = "log";
   }
   return {{"name", prefix + parameter.name},
           {"soft_min", soft_min},

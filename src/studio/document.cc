@@ -1,7 +1,6 @@
 #include "studio/document.h"
 
-#include <fmt/format.h>
-
+#include "core/message.h"
 #include "gamer/core/version.h"
 #include "gamer/job/look.h"
 #include "gamer/job/record.h"
@@ -81,10 +80,10 @@ OpenedDocument open_document(const StudioOptions& options, const Session& sessio
   for (const auto& [name, text] : document.texts.galaxies) bytes += text.size();
   // A part of a message stays for the rest of it, and for quotes within the texts.
   if (bytes > most_message_bytes / 4 * 3) {
-    throw InputError({document.label, 0, 0},
-                     fmt::format("parameters, scene and galaxies together have {} bytes; the page "
-                                 "takes {}: a part of the scene, perhaps",
-                                 bytes, most_message_bytes / 4 * 3));
+    throw input_error(SourceLocation{document.label, 0, 0},
+                      "parameters, scene and galaxies together have {} bytes; the page "
+                      "takes {}: a part of the scene, perhaps",
+                      bytes, most_message_bytes / 4 * 3);
   }
   return document;
 }

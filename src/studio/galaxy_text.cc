@@ -1,11 +1,10 @@
 #include "studio/galaxy_text.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <functional>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/config.h"
 #include "gamer/galaxy/component.h"
 #include "studio/arm_tables.h"
@@ -479,7 +478,7 @@ class EditedText {
       }
     }
     if (result.empty()) {
-      throw InputError({label_, 0, 0}, fmt::format("write each {0} as [[{0}]]", name_of(list)));
+      throw input_error(SourceLocation{label_, 0, 0}, "write each {0} as [[{0}]]", name_of(list));
     }
     return result;
   }

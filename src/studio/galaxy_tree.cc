@@ -1,11 +1,9 @@
 #include "studio/galaxy_tree.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <charconv>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 
 namespace gamer {
 namespace {
@@ -33,8 +31,8 @@ ConfigNode::Array& components_of(ConfigNode& root) {
 ConfigNode& component_at(ConfigNode& root, int component) {
   ConfigNode::Array& list = components_of(root);
   if (component < 0 || component >= static_cast<int>(list.size())) {
-    throw InputError(root.where, fmt::format("there is no component {}; the galaxy has {}",
-                                             component, list.size()));
+    throw input_error(root.where, "there is no component {}; the galaxy has {}", component,
+                      list.size());
   }
   ConfigNode& node = list[static_cast<std::size_t>(component)];
   if (!node.is_table()) throw InputError(node.where, "[[component]] must be a table");
@@ -52,7 +50,7 @@ ConfigNode& table_of(ConfigNode& root, std::optional<int> component,
   auto& elements = std::get<ConfigNode::Array>(list->data);
   if (std::from_chars(number.data(), end, index).ptr != end || index >= elements.size() ||
       !elements[index].is_table()) {
-    throw InputError(list->where, fmt::format("there is no [[{}]] {}", key.front(), number));
+    throw input_error(list->where, "there is no [[{}]] {}", key.front(), number);
   }
   key.erase(key.begin(), key.begin() + 2);
   return elements[index];

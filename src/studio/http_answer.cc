@@ -13,10 +13,7 @@ namespace {
 constexpr unsigned bad_request = 400, forbidden = 403, not_found = 404, wrong_method = 405;
 
 HttpAnswer refuse(unsigned status, std::string reason) {
-  HttpAnswer answer;
-  answer.status = status;
-  answer.body = std::move(reason) + "\n";
-  return answer;
+  return {.status = status, .body = std::move(reason) + "\n"};
 }
 
 /// The type of a file's content, by its suffix.
@@ -39,22 +36,18 @@ std::string type_of(std::string_view name) {
 /// The answer to the right token: the cookie, and a page that leads on. A page of this site leads
 /// on since browsers keep strict cookies from what another site began.
 HttpAnswer welcome(const ServerSecrets& secrets) {
-  HttpAnswer answer;
-  answer.type = "text/html; charset=utf-8";
-  answer.body =
-      "<!doctype html><meta http-equiv=\"refresh\" content=\"0;url=/\"><title>gstudio</title>\n";
-  answer.fields = {{"Set-Cookie", fmt::format("{}={}; HttpOnly; SameSite=Strict; Path=/",
-                                              secrets.cookie_name, secrets.cookie)}};
-  return answer;
+  return {.type = "text/html; charset=utf-8",
+          .body =
+              "<!doctype html><meta http-equiv=\"refresh\" "
+              "content=\"0;url=/\"><title>gstudio</title>\n",
+          .fields = {{"Set-Cookie", fmt::format("{}={}; HttpOnly; SameSite=Strict; Path=/",
+                                                secrets.cookie_name, secrets.cookie)}}};
 }
 
 HttpAnswer page_file(std::string_view name) {
   for (const PageFile& file : page_files()) {
     if (file.name != name) continue;
-    HttpAnswer answer;
-    answer.type = type_of(name);
-    answer.body = file.content;
-    return answer;
+    return {.type = type_of(name), .body = std::string(file.content)};
   }
   return refuse(not_found, "there is no such file");
 }
@@ -62,11 +55,9 @@ HttpAnswer page_file(std::string_view name) {
 HttpAnswer output_file(std::string_view name, const std::filesystem::path& folder) {
   const auto path = OutputFolder(folder).find(name);
   if (!path) return refuse(not_found, "there is no such file");
-  HttpAnswer answer;
-  answer.type = type_of(name);
-  answer.file = *path;
-  answer.fields = {{"Content-Disposition", fmt::format("attachment; filename=\"{}\"", name)}};
-  return answer;
+  return {.type = type_of(name),
+          .file = *path,
+          .fields = {{"Content-Disposition", fmt::format("attachment; filename=\"{}\"", name)}}};
 }
 
 }  // namespace
@@ -110,9 +101,7 @@ HttpAnswer answer_request(const HttpRequest& request, const ServerSecrets& secre
   if (target.path == "/ws") {
     if (!request.is_upgrade) return refuse(bad_request, "this is the place of the WebSocket");
     if (!request.origin) return refuse(forbidden, "a WebSocket needs an Origin");
-    HttpAnswer answer;
-    answer.is_upgrade = true;
-    return answer;
+    return {.is_upgrade = true};
   }
   constexpr std::string_view outputs = "/output/";
   if (target.path.starts_with(outputs)) {

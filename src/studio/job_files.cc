@@ -1,12 +1,11 @@
 #include "studio/job_files.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <system_error>
 
+#include "core/message.h"
 #include "image/temporary_file.h"
 #include "studio/output_folder.h"
 
@@ -22,8 +21,7 @@ void make_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error) {
-    throw RunError(
-        fmt::format("cannot make the folder '{}': {}", folder.string(), error.message()));
+    throw run_error("cannot make the folder '{}': {}", folder.string(), error.message());
   }
 }
 
@@ -47,12 +45,8 @@ std::vector<std::string> look_settings(const OpenedDocument& opened, const PageD
 /// of a job, "seds/E"; what was found beside the scene has one, "seds/./mine.sed".
 void write_neighbours(const Session& session, const std::string& label,
                       const PageDocument& document, const fs::path& folder) {
-  RenderInput input;
-  input.parameters = document.parameters;
-  input.scene = RenderInput::Text{document.scene};
-  input.galaxies = document.galaxies;
-  input.settings = document.settings;
-  input.label = label;
+  const RenderInput input{document.parameters, RenderInput::Text{document.scene}, document.galaxies,
+                          document.settings, label};
   const fs::path beside = fs::path(label).parent_path();
   for (const Resources::Text& text : session.load(input).record) {
     const std::size_t kind = text.name.find('/');
@@ -106,7 +100,7 @@ void write_sources(const Session& session, const std::string& label, const PageD
   write_text(folder / source_scene, document.scene, true);
   for (const auto& [name, text] : document.galaxies) {
     if (!OutputFolder::is_name(name)) {
-      throw InputError(fmt::format("galaxy '{}' has a name that no file here may have", name));
+      throw input_error("galaxy '{}' has a name that no file here may have", name);
     }
     write_text(folder / (name + ".toml"), text, true);
   }
@@ -117,7 +111,7 @@ void write_text(const fs::path& path, const std::string& text, bool overwrite) {
   std::ofstream stream(file.path(), std::ios::binary);
   stream.write(text.data(), static_cast<std::streamsize>(text.size()));
   stream.close();
-  if (!stream) throw RunError(fmt::format("'{}' cannot be written", path.string()));
+  if (!stream) throw run_error("'{}' cannot be written", path.string());
   file.move_to_final(overwrite);
 }
 

@@ -1,12 +1,11 @@
 #include "studio/known_paths.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <functional>
 #include <string_view>
 
+#include "core/message.h"
 #include "gamer/core/config.h"
 #include "gamer/core/near.h"
 
@@ -85,10 +84,10 @@ KnownPaths::KnownPaths(const PageDocument& opened) {
 
 void KnownPaths::refuse_unknown(const std::string& text) const {
   if (!is_path(text) || known_.count(text) > 0) return;
-  throw InputError(
-      fmt::format("{} is a path; the page may use names of the catalogue, and paths "
-                  "in the files that gstudio was started with",
-                  in_quotes(text)));
+  throw input_error(
+      "{} is a path; the page may use names of the catalogue, and paths "
+      "in the files that gstudio was started with",
+      in_quotes(text));
 }
 
 void KnownPaths::check(const PageDocument& document) const {

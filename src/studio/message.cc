@@ -1,12 +1,11 @@
 #include "studio/message.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <utility>
 
+#include "core/message.h"
 #include "gamer/core/near.h"
 
 namespace gamer {
@@ -54,7 +53,7 @@ class Members {
   }
   const Json& get(const char* key) {
     const Json* member = find(key);
-    if (member == nullptr) throw InputError(fmt::format("{} lacks '{}'", what_, key));
+    if (member == nullptr) throw input_error("{} lacks '{}'", what_, key);
     return *member;
   }
   std::string text(const char* key, std::size_t most_bytes = most_message_bytes) {
@@ -67,16 +66,16 @@ class Members {
   bool flag(const char* key) {
     const Json* member = find(key);
     if (member == nullptr) return false;
-    if (!member->is_boolean()) throw InputError(fmt::format("'{}' is true or false", key));
+    if (!member->is_boolean()) throw input_error("'{}' is true or false", key);
     return member->get<bool>();
   }
   const Json::array_t& list(const char* key, std::size_t most) {
     static const Json::array_t none;
     const Json* member = find(key);
     if (member == nullptr) return none;
-    if (!member->is_array()) throw InputError(fmt::format("'{}' is no list", key));
+    if (!member->is_array()) throw input_error("'{}' is no list", key);
     if (member->size() > most) {
-      throw InputError(fmt::format("'{}' has more than {} members", key, most));
+      throw input_error("'{}' has more than {} members", key, most);
     }
     return member->get_ref<const Json::array_t&>();
   }
@@ -84,19 +83,18 @@ class Members {
   void finish() const {
     for (const auto& [key, value] : object_.items()) {
       if (std::find(known_.begin(), known_.end(), key) != known_.end()) continue;
-      throw InputError(
-          fmt::format("{} has no {}{}", what_, in_quotes(key), did_you_mean(key, known_)));
+      throw input_error("{} has no {}{}", what_, in_quotes(key), did_you_mean(key, known_));
     }
   }
 
   static std::string text_of(const Json& member, const char* what, std::size_t most_bytes) {
-    if (!member.is_string()) throw InputError(fmt::format("'{}' is no text", what));
+    if (!member.is_string()) throw input_error("'{}' is no text", what);
     const auto& text = member.get_ref<const std::string&>();
     if (text.size() > most_bytes) {
-      throw InputError(fmt::format("'{}' is longer than {} bytes", what, most_bytes));
+      throw input_error("'{}' is longer than {} bytes", what, most_bytes);
     }
     if (text.find('\0') != std::string::npos) {
-      throw InputError(fmt::format("'{}' has NUL bytes", what));
+      throw input_error("'{}' has NUL bytes", what);
     }
     return text;
   }
@@ -119,7 +117,7 @@ std::int64_t whole(const Json& json, const char* what, std::int64_t low, std::in
     number = json.get<std::int64_t>();
   }
   if (!number || *number < low || *number > high) {
-    throw InputError(fmt::format("'{}' is no whole number from {} to {}", what, low, high));
+    throw input_error("'{}' is no whole number from {} to {}", what, low, high);
   }
   return *number;
 }
@@ -151,7 +149,7 @@ std::string toml_value(const Json& json, int depth = 0) {
 
 const Json::array_t& list_of(const Json& json, const char* what, std::size_t size) {
   if (!json.is_array() || json.size() != size) {
-    throw InputError(fmt::format("'{}' is a list of {}", what, size));
+    throw input_error("'{}' is a list of {}", what, size);
   }
   return json.get_ref<const Json::array_t&>();
 }
@@ -185,7 +183,7 @@ TextEdit parse_edit(const Json& json) {
     const auto& parts = list_of(value, "move", 2);
     return MoveEdit{index(parts[0]), index(parts[1]), list};
   }
-  throw InputError(fmt::format("there is no edit {}", in_quotes(name)));
+  throw input_error("there is no edit {}", in_quotes(name));
 }
 
 PageDocument document_of(Members& members) {
@@ -194,7 +192,7 @@ PageDocument document_of(Members& members) {
   document.scene = members.text("scene");
   const Json& galaxies = members.get("galaxies");
   if (!galaxies.is_object() || galaxies.size() > most_galaxies) {
-    throw InputError(fmt::format("'galaxies' is an object of at most {} texts", most_galaxies));
+    throw input_error("'galaxies' is an object of at most {} texts", most_galaxies);
   }
   for (const auto& [name, text] : galaxies.items()) {
     document.galaxies[name] = Members::text_of(text, "galaxies", most_message_bytes);
@@ -225,15 +223,6 @@ std::vector<int> muted_of(Members& members) {
     muted.push_back(component_of(one).value_or(0));
   }
   return muted;
-}
-
-DraftRequest parse_draft(Members& members) {
-  DraftRequest request;
-  request.document = document_of(members);
-  request.muted = muted_of(members);
-  request.size =
-      static_cast<int>(whole(members.get("size"), "size", least_draft_nodes, most_draft_nodes));
-  return request;
 }
 
 ViewRequest parse_view(Members& members) {
@@ -289,7 +278,7 @@ SceneEdit parse_scene_edit(const Json& json) {
   }
   if (name == "clone") return CloneRowEdit{row(value)};
   if (name == "delete") return DeleteRowEdit{row(value)};
-  throw InputError(fmt::format("there is no edit {}", in_quotes(name)));
+  throw input_error("there is no edit {}", in_quotes(name));
 }
 
 EditSceneRequest parse_scene_edits(Members& members) {
@@ -298,15 +287,6 @@ EditSceneRequest parse_scene_edits(Members& members) {
   for (const Json& edit : members.list("edits", most_edits)) {
     request.edits.push_back(parse_scene_edit(edit));
   }
-  return request;
-}
-
-RenderRequest parse_render(Members& members) {
-  RenderRequest request;
-  request.document = document_of(members);
-  request.name = members.text("name", most_name_bytes);
-  request.overwrite = members.flag("overwrite");
-  request.resume = members.flag("resume");
   return request;
 }
 
@@ -330,7 +310,12 @@ const std::map<std::string, std::function<Request(Members&)>, std::less<>>& oper
        }},
       {"model", [](Members& m) -> Request { return ModelRequest{m.text("galaxy_text")}; }},
       {"view", [](Members& m) -> Request { return parse_view(m); }},
-      {"draft", [](Members& m) -> Request { return parse_draft(m); }},
+      {"draft",
+       [](Members& m) -> Request {
+         return DraftRequest{
+             document_of(m), muted_of(m),
+             static_cast<int>(whole(m.get("size"), "size", least_draft_nodes, most_draft_nodes))};
+       }},
       {"cancel",
        [](Members& m) -> Request {
          CancelRequest request;
@@ -354,7 +339,11 @@ const std::map<std::string, std::function<Request(Members&)>, std::less<>>& oper
        [](Members& m) -> Request {
          return CommandRequest{document_of(m), m.text_or("name", "", most_name_bytes)};
        }},
-      {"render", [](Members& m) -> Request { return parse_render(m); }},
+      {"render",
+       [](Members& m) -> Request {
+         return RenderRequest{document_of(m), m.text("name", most_name_bytes), m.flag("overwrite"),
+                              m.flag("resume")};
+       }},
   };
   return all;
 }
@@ -373,7 +362,7 @@ Message parse_message(std::string_view text) {
     const std::string name = members.text("op", most_name_bytes);
     const auto found = operations().find(name);
     if (found == operations().end()) {
-      throw InputError(fmt::format("there is no operation {}", in_quotes(name)));
+      throw input_error("there is no operation {}", in_quotes(name));
     }
     Message message{*id, found->second(members)};
     members.finish();

@@ -1,12 +1,11 @@
 #include "studio/output_folder.h"
 
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <system_error>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 #include "gamer/core/near.h"
 
 namespace gamer {
@@ -42,15 +41,13 @@ fs::path OutputFolder::place(std::string_view name,
     return name.size() > suffix.size() && name.ends_with(suffix);
   });
   if (!is_name(name) || !has_suffix) {
-    throw InputError(
-        fmt::format("{} is no name of a file here: letters, digits, blanks and ._-+, then {}",
-                    in_quotes(name), fmt::join(suffixes, " or ")));
+    throw input_error("{} is no name of a file here: letters, digits, blanks and ._-+, then {}",
+                      in_quotes(name), fmt::join(suffixes, " or "));
   }
   std::error_code error;
   fs::create_directories(folder_, error);
   if (error) {
-    throw RunError(
-        fmt::format("cannot make the folder '{}': {}", folder_.string(), error.message()));
+    throw run_error("cannot make the folder '{}': {}", folder_.string(), error.message());
   }
   return folder_ / name;
 }

@@ -2,9 +2,10 @@
 
 #include <boost/asio/dispatch.hpp>
 #include <boost/asio/post.hpp>
-#include <chrono>
 #include <string_view>
 #include <utility>
+
+#include "gamer/core/clock.h"
 
 namespace gamer {
 namespace {
@@ -17,12 +18,6 @@ constexpr double messages_per_second = 200, message_burst = 400;
 constexpr double bytes_per_second = 16.0 * (1 << 20), byte_burst = 32.0 * (1 << 20);
 constexpr std::size_t most_waiting_bytes = std::size_t{1} << 30;
 constexpr std::size_t write_buffer = std::size_t{1} << 16;
-
-double now() {
-  using std::chrono::duration;
-  using std::chrono::steady_clock;
-  return duration<double>(steady_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 
@@ -83,7 +78,8 @@ void PageSocket::take(beast::error_code error) {
   if (!socket_.got_text()) return close("messages are texts");
   const auto data = buffer_.data();
   const std::string_view text(static_cast<const char*>(data.data()), data.size());
-  const double wait = std::max(messages_.take(1, now()), bytes_.take(double(text.size()), now()));
+  const double wait = std::max(messages_.take(1, steady_seconds()),
+                               bytes_.take(double(text.size()), steady_seconds()));
   core_.receive(mailbox_, text);
   buffer_.consume(buffer_.size());
   if (wait <= 0) return read();

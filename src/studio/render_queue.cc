@@ -1,12 +1,11 @@
 #include "studio/render_queue.h"
 
-#include <fmt/format.h>
 #include <signal.h>
 
 #include <exception>
 #include <utility>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 #include "studio/child_process.h"
 
 namespace gamer {
@@ -47,7 +46,7 @@ void RenderQueue::add(RenderTask task) {
     if (renders_.size() >= most_renders) throw InputError("too many renders wait");
     for (const auto& other : renders_) {
       if (other->task.name == render->task.name && !other->is_cancelled) {
-        throw InputError(fmt::format("'{}' is being rendered already", render->task.name));
+        throw input_error("'{}' is being rendered already", render->task.name);
       }
     }
     renders_.push_back(render);

@@ -1,7 +1,5 @@
 #include "studio/server.h"
 
-#include <fmt/format.h>
-
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -12,7 +10,7 @@
 #include <optional>
 #include <utility>
 
-#include "gamer/core/error.h"
+#include "core/message.h"
 #include "studio/access.h"
 #include "studio/http_answer.h"
 #include "studio/page_socket.h"
@@ -143,8 +141,7 @@ class Server::Impl {
       acceptor_.bind(place);
       acceptor_.listen();
     } catch (const boost::system::system_error& error) {
-      throw RunError(
-          fmt::format("gstudio: port {} of 127.0.0.1: {}", port, error.code().message()));
+      throw run_error("gstudio: port {} of 127.0.0.1: {}", port, error.code().message());
     }
     port_ = acceptor_.local_endpoint().port();
     shared_.secrets.cookie_name = fmt::format("gstudio-{}", port_);

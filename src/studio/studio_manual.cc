@@ -2,7 +2,6 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "gamer/core/version.h"
@@ -21,20 +20,6 @@ constexpr const char* description =
     "    gstudio --no-browser --port 8765 mine.toml\n"
     "    ssh -L 8765:127.0.0.1:8765 cluster";
 
-const std::vector<std::pair<std::string, std::string>>& sections() {
-  static const std::vector<std::pair<std::string, std::string>> all = {
-      {"EXIT STATUS",
-       "1 is failed while running, and 2 wrong input. It serves until a signal ends it; shells "
-       "then see 128 and its number."},
-      {"ENVIRONMENT",
-       "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/. "
-       "`GAMER_CACHE` is the folder that keeps measurements of galaxies between jobs, or `off`."},
-      {"EXAMPLES",
-       "    gstudio\n    gstudio mine.toml\n    gstudio render.par scene.lst --folder pictures"},
-      {"SEE ALSO", "`gamer`(1), `gutil`(1)"}};
-  return all;
-}
-
 }  // namespace
 
 Manual studio_manual(const CLI::App& app) {
@@ -45,7 +30,16 @@ Manual studio_manual(const CLI::App& app) {
   manual.synopses = {"[options] [galaxy]", "[options] render.par scene.lst"};
   manual.description = description;
   add_cli_options(app, manual.options, manual.arguments);
-  manual.sections = sections();
+  manual.sections = {
+      {"EXIT STATUS",
+       "1 is failed while running, and 2 wrong input. It serves until a signal ends it; shells "
+       "then see 128 and its number."},
+      {"ENVIRONMENT",
+       "`GAMER_DATA` is a folder with galaxies/, seds/, bandpasses/ and instruments/. "
+       "`GAMER_CACHE` is the folder that keeps measurements of galaxies between jobs, or `off`."},
+      {"EXAMPLES",
+       "    gstudio\n    gstudio mine.toml\n    gstudio render.par scene.lst --folder pictures"},
+      {"SEE ALSO", "`gamer`(1), `gutil`(1)"}};
   return manual;
 }
 

@@ -197,9 +197,7 @@ class LevelView {
     const std::vector<FramePlane> planes = planes_of(job, has_parts);
     check_size(job, has_parts, planes.size());
     add_planes(job, has_parts, planes, head);
-    RenderControl control;
-    control.truth_images = has_parts;
-    control.cancellation = &cancellation;
+    RenderControl control{.truth_images = has_parts, .cancellation = &cancellation};
     if (wants_strips && job.camera.window().height >= least_strip_rows) {
       control.finished = [&](RowRange rows, const Rendering& rendering) {
         send(encode(rendering, has_parts, planes, rows, head), true);

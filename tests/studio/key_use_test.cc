@@ -108,9 +108,9 @@ std::optional<std::string> other_value(const Parameter& parameter) {
       const bool is_whole = parameter.type == ParameterType::integer;
       const Interval& interval = parameter.interval;
       double low = std::max(interval.low, -10.0), high = std::min(interval.high, 10.0);
-      if (parameter.usual_range) {
-        low = parameter.usual_range->low;
-        high = parameter.usual_range->high;
+      if (parameter.interval.usual_range) {
+        low = parameter.interval.usual_range->low;
+        high = parameter.interval.usual_range->high;
       }
       double usual = low;
       if (const auto* number = std::get_if<double>(&parameter.default_value)) usual = *number;

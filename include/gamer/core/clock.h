@@ -4,6 +4,11 @@
 
 namespace gamer {
 
+/// Seconds of a clock that runs evenly, since some moment.
+inline double steady_seconds() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
 /// A stopwatch that starts when it is constructed.
 class Clock {
  public:

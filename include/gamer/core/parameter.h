@@ -13,12 +13,19 @@
 
 namespace gamer {
 
+/// The usual values of a number, over which a slider runs.
+struct UsualRange {
+  double low = 0, high = 1;
+  bool is_logarithmic = false;  ///< equal ways of the slider are equal ratios
+};
+
 /// Allowed interval of a number; open ends exclude their bound.
 struct Interval {
   double low = -HUGE_VAL;
   double high = HUGE_VAL;
   bool low_open = false;
   bool high_open = false;
+  std::optional<UsualRange> usual_range = {};
 
   static Interval closed(double low, double high) { return {low, high, false, false}; }
   static Interval open(double low, double high) { return {low, high, true, true}; }
@@ -28,6 +35,10 @@ struct Interval {
   static Interval any() { return open(-HUGE_VAL, HUGE_VAL); }
   static Interval positive() { return open(0, HUGE_VAL); }
   static Interval at_least(double low) { return right_open(low, HUGE_VAL); }
+
+  /// This interval with a usual range within it.
+  Interval usual(double from, double to) const;
+  Interval usual_logarithmic(double from, double to) const;
 
   bool contains(double x) const;  ///< false for NaN, and for an infinite open end
   std::string text() const;       ///< "[0, 1[" in the notation of the docs
@@ -88,16 +99,6 @@ struct Parameter {
   std::string description;
   std::vector<std::string> choices = {};
   bool required = false;
-
-  /// The usual values of a number within its interval, over which a slider runs.
-  struct UsualRange {
-    double low = 0, high = 1;
-    bool is_logarithmic = false;  ///< equal ways of the slider are equal ratios
-  };
-  std::optional<UsualRange> usual_range = {};
-  /// The declaration with this range.
-  Parameter usual(double low, double high) const;
-  Parameter usual_logarithmic(double low, double high) const;
 
   /// "number, deg, ]0, 180[" for lists and messages.
   std::string type_text() const;

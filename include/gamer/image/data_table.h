@@ -25,6 +25,8 @@ struct DataTable {
   std::vector<Card> cards;
 
   std::size_t rows() const;
+  /// Throws std::invalid_argument where columns differ in length.
+  void check_lengths() const;
 };
 
 /// Reads a FITS binary or ASCII table. `hdu` is an EXTNAME (in any case) or a number (0 is the

@@ -38,7 +38,7 @@ struct Instrument {
   double gain = 1;        ///< electrons/ADU
   std::optional<double> full_well;
   bool is_moffat = false;  ///< else the PSF is Gaussian
-  double beta = 0;         ///< of Moffat's profile
+  double beta = 3;         ///< of Moffat's profile
   std::map<std::string, Band> bands;
 };
 

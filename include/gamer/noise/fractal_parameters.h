@@ -26,7 +26,7 @@ struct FractalParameters {
   double contrast = 1;
   double floor = 0.1;
   std::uint64_t seed = 1;
-  Combination combination;
+  Combination combination = {};
   double amplitude = 1;   ///< a, weight of every octave of the multiplicative combination
   double lacunarity = 0;  ///< l; 0: linear frequencies
   double warp = 0;        ///< root mean square of the displacement along each axis, units of x

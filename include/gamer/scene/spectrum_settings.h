@@ -32,7 +32,7 @@ struct PhotometrySettings {
   static ParameterSection section();
   static PhotometrySettings read(const ParameterSet& values);
 
-  std::string reference_band;
+  std::string reference_band = "sdss_r";
   SourceLocation reference_band_where;
   /// Whether magnitudes include dimming by the galaxy's dust. By default only apparent magnitudes
   /// do.

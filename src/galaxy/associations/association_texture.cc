@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "galaxy/running_sums.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/random.h"
 #include "gamer/noise/footprint.h"
 
@@ -128,51 +129,40 @@ const std::vector<double>& unit_heights() {
   return heights;
 }
 
+BoundTable association_keys(AssociationParameters& p) {
+  return {
+      {p.number, "number", "", Interval::closed(1, 1e6).usual_logarithmic(10, 100000.0),
+       "mean number of clumps; where their cells are full, clumps are brighter instead"},
+      {p.luminosity_slope, "luminosity_slope", "", Interval::closed(1, 4),
+       "a: luminosities L of clumps have dN/dL ~ L^-a"},
+      {p.luminosity_range, "luminosity_range", "",
+       Interval::closed(1, 1e5).usual_logarithmic(1, 100000.0),
+       "ratio of the largest to the smallest L"},
+      {p.size_exponent, "size_exponent", "", Interval::closed(2, 10),
+       "b: diameters D of clumps have L ~ D^b"},
+      {p.largest, "largest", "galaxy radii",
+       Interval::closed(1e-4, 0.5).usual_logarithmic(0.002, 0.2),
+       "diameter of the brightest clumps; half of a clump's light is within 0.14 D of its axis"},
+      {p.complex_size, "complex_size", "galaxy radii",
+       Interval::closed(1e-4, 1).usual_logarithmic(0.005, 0.5),
+       "size of the largest complexes; smaller ones follow in steps of 2"},
+      {p.clustering, "clustering", "", Interval::closed(0, 1.5),
+       "contrast of each step of complexes; 0 spreads clumps at random"},
+      {p.diffuse, "diffuse", "", Interval::closed(0, 0.95),
+       "share of the light that is spread over the complexes, outside clumps"},
+      without_default({p.seed, "seed", "", Interval::closed(0, largest_seed),
+                       "seed of this component's clumps; default: from the galaxy's seed and "
+                       "the component's name"})};
+}
+
 }  // namespace
 
 ParameterTable AssociationParameters::table() const {
-  const auto number_of = [](const char* name, const char* unit, const Interval& interval,
-                            double value, const char* description) {
-    return Parameter::number(name, unit, interval, value, description);
-  };
-  return {
-      number_of("number", "", Interval::closed(1, 1e6), number,
-                "mean number of clumps; where their cells are full, clumps are brighter instead")
-          .usual_logarithmic(10, 100000.0),
-      number_of("luminosity_slope", "", Interval::closed(1, 4), luminosity_slope,
-                "a: luminosities L of clumps have dN/dL ~ L^-a"),
-      number_of("luminosity_range", "", Interval::closed(1, 1e5), luminosity_range,
-                "ratio of the largest to the smallest L")
-          .usual_logarithmic(1, 100000.0),
-      number_of("size_exponent", "", Interval::closed(2, 10), size_exponent,
-                "b: diameters D of clumps have L ~ D^b"),
-      number_of(
-          "largest", "galaxy radii", Interval::closed(1e-4, 0.5), largest,
-          "diameter of the brightest clumps; half of a clump's light is within 0.14 D of its axis")
-          .usual_logarithmic(0.002, 0.2),
-      number_of("complex_size", "galaxy radii", Interval::closed(1e-4, 1), complex_size,
-                "size of the largest complexes; smaller ones follow in steps of 2")
-          .usual_logarithmic(0.005, 0.5),
-      number_of("clustering", "", Interval::closed(0, 1.5), clustering,
-                "contrast of each step of complexes; 0 spreads clumps at random"),
-      number_of("diffuse", "", Interval::closed(0, 0.95), diffuse,
-                "share of the light that is spread over the complexes, outside clumps"),
-      Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
-                         "seed of this component's clumps; default: from the galaxy's seed and "
-                         "the component's name"),
-  };
+  return declarations(association_keys, *this);
 }
 
 void AssociationParameters::apply(const ParameterSet& values) {
-  number = values.number("number");
-  luminosity_slope = values.number("luminosity_slope");
-  luminosity_range = values.number("luminosity_range");
-  size_exponent = values.number("size_exponent");
-  largest = values.number("largest");
-  complex_size = values.number("complex_size");
-  clustering = values.number("clustering");
-  diffuse = values.number("diffuse");
-  if (values.has("seed")) seed = static_cast<std::uint64_t>(values.integer("seed"));
+  put_values(values, association_keys(*this));
 }
 
 AssociationTexture::AssociationTexture(const AssociationParameters& parameters,

@@ -71,9 +71,7 @@ std::vector<BatchArray> DustRays::depths(std::size_t width, double coherence,
     for (BatchArray& values : phi) std::fill_n(values.data(), batch_capacity, 1.0f);
     for (std::size_t k = 0; k < heights; ++k) {
       const std::size_t at = (b * heights + k) * width_count + width;
-      if (texture != nullptr) {
-        texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
-      }
+      if (texture != nullptr) texture->expect(size, seen[at], coherence_of.data(), deviations, phi);
       for (std::size_t v = 0; v < variants; ++v) {
         BatchArray& column = result[v * batches + b];
         for (std::size_t i = 0; i < size; ++i) column[i] += weights[at][i] * phi[v][i];

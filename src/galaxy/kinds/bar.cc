@@ -14,6 +14,7 @@
 #include "galaxy/kinds/radial_law-inl.h"
 #include "galaxy/kinds/ray_cuts.h"
 #include "galaxy/kinds/taper_column.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/units.h"
 #include "gamer/galaxy/kinds/layer.h"
 #include "gamer/galaxy/sample_batch.h"
@@ -358,62 +359,48 @@ double Bar::brightness(const double o[3], const double d[3], double plane, doubl
   return std::min(std::max({at(plane), at(near), at(0.5 * (plane + near))}), 1.0);
 }
 
+namespace {
+
+BoundTable bar_keys(BarShape& p) {
+  return {{p.half_length, "half_length", "galaxy radii",
+           Interval::closed(1e-3, 1).usual_logarithmic(0.05, 0.8), "a: where the bar's light ends"},
+          {p.axis_ratio, "axis_ratio", "", Interval::closed(0.05, 1).usual(0.05, 1),
+           "b/a: width over length"},
+          {p.boxiness, "boxiness", "", Interval::closed(2, 4),
+           "c of the isophotes |x/a|^c + |y/b|^c: 2 is an ellipse, 4 nearly a box"},
+          {p.index, "index", "", Interval::closed(0.5, 1),
+           "n of exp(-k m^(1/n)): 0.5 is a Gaussian, 1 exponential"},
+          {p.decline, "decline", "", Interval::closed(0, 20).usual(0, 8),
+           "k: e-folds from the centre to the end; small is flat"},
+          {p.cut, "cut", "", Interval::closed(0.02, 0.5).usual(0.02, 0.5),
+           "w: scale length beyond the end, in half-lengths"},
+          {p.z0, "z0", "galaxy radii",
+           Interval::closed(Layer::least_height, 1).usual_logarithmic(0.002, 0.2),
+           "scale height of sech^2(z/z0)"},
+          {p.peanut, "peanut", "", Interval::closed(0, 20).usual(0, 5),
+           "P: the height grows to about (1 + P) z0 at `peanut_radius`"},
+          {p.peanut_radius, "peanut_radius", "", Interval::closed(0, 1),
+           "x_P: where the bar is highest, in half-lengths"},
+          {p.peanut_width, "peanut_width", "", Interval::closed(0.05, 1),
+           "s_P: standard deviation of the height's maxima, in half-lengths"},
+          {p.ansae, "ansae", "", Interval::closed(0, 10).usual(0, 4),
+           "F: brightness of spots at the ends over that of the centre"},
+          {p.position_angle, "position_angle", "deg", Interval::any().usual(-180, 180),
+           "angle of the bar from the x axis towards y"}};
+}
+
+}  // namespace
+
 ComponentKind bar_kind() {
   ComponentKind kind;
   kind.name = "bar";
   kind.description =
       "stellar bar: generalised ellipses with an end, boxy or like a peanut from the side";
-  const BarShape shape;
-  kind.parameters = {
-      Parameter::number("half_length", "galaxy radii", Interval::closed(1e-3, 1), shape.half_length,
-                        "a: where the bar's light ends")
-          .usual_logarithmic(0.05, 0.8),
-      Parameter::number("axis_ratio", "", Interval::closed(0.05, 1), shape.axis_ratio,
-                        "b/a: width over length")
-          .usual(0.05, 1),
-      Parameter::number("boxiness", "", Interval::closed(2, 4), shape.boxiness,
-                        "c of the isophotes |x/a|^c + |y/b|^c: 2 is an ellipse, 4 nearly a box"),
-      Parameter::number("index", "", Interval::closed(0.5, 1), shape.index,
-                        "n of exp(-k m^(1/n)): 0.5 is a Gaussian, 1 exponential"),
-      Parameter::number("decline", "", Interval::closed(0, 20), shape.decline,
-                        "k: e-folds from the centre to the end; small is flat")
-          .usual(0, 8),
-      Parameter::number("cut", "", Interval::closed(0.02, 0.5), shape.cut,
-                        "w: scale length beyond the end, in half-lengths")
-          .usual(0.02, 0.5),
-      Parameter::number("z0", "galaxy radii", Interval::closed(Layer::least_height, 1), shape.z0,
-                        "scale height of sech^2(z/z0)")
-          .usual_logarithmic(0.002, 0.2),
-      Parameter::number("peanut", "", Interval::closed(0, 20), shape.peanut,
-                        "P: the height grows to about (1 + P) z0 at `peanut_radius`")
-          .usual(0, 5),
-      Parameter::number("peanut_radius", "", Interval::closed(0, 1), shape.peanut_radius,
-                        "x_P: where the bar is highest, in half-lengths"),
-      Parameter::number("peanut_width", "", Interval::closed(0.05, 1), shape.peanut_width,
-                        "s_P: standard deviation of the height's maxima, in half-lengths"),
-      Parameter::number("ansae", "", Interval::closed(0, 10), shape.ansae,
-                        "F: brightness of spots at the ends over that of the centre")
-          .usual(0, 4),
-      Parameter::number("position_angle", "deg", Interval::any(), 0.0,
-                        "angle of the bar from the x axis towards y")
-          .usual(-180, 180),
-  };
+  kind.parameters = declarations(bar_keys);
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
-    const auto number = [&](const char* name) { return input.values.number(name); };
-    BarShape given;
-    given.half_length = number("half_length");
-    given.axis_ratio = number("axis_ratio");
-    given.boxiness = number("boxiness");
-    given.index = number("index");
-    given.decline = number("decline");
-    given.cut = number("cut");
-    given.z0 = number("z0");
-    given.peanut = number("peanut");
-    given.peanut_radius = number("peanut_radius");
-    given.peanut_width = number("peanut_width");
-    given.ansae = number("ansae");
-    given.position_angle = std::remainder(number("position_angle"), 360.0) * degree;
-    return std::make_unique<Bar>(given);
+    BarShape shape = read_object(input.values, bar_keys);
+    shape.position_angle = std::remainder(shape.position_angle, 360.0) * degree;
+    return std::make_unique<Bar>(shape);
   };
   return kind;
 }

@@ -120,15 +120,14 @@ ComponentKind bulge_kind() {
       "spheroid of the de Vaucouleurs law: I_m b^-0.855 exp(-b^(1/4)), b = m/r0 (GAMER Eq. 12)";
   kind.traits = {.is_bulge = true};
   kind.parameters = {
-      Parameter::number("radius", "galaxy radii", Interval::left_open(0, 1), std::nullopt,
-                        "r0 of the density law; give this or `effective_radius`")
-          .usual_logarithmic(1e-06, 0.001),
-      Parameter::number("effective_radius", "galaxy radii", Interval::left_open(0, 1), std::nullopt,
-                        "projected half-light radius, 3434.12 r0")
-          .usual_logarithmic(0.01, 0.5),
-      Parameter::vector3("axis", "", Interval::left_open(0, 10), std::vector<double>{1, 1, 1},
-                         "stretch along x, y, z")
-          .usual(0.2, 2),
+      Parameter::number("radius", "galaxy radii",
+                        Interval::left_open(0, 1).usual_logarithmic(1e-06, 0.001), std::nullopt,
+                        "r0 of the density law; give this or `effective_radius`"),
+      Parameter::number("effective_radius", "galaxy radii",
+                        Interval::left_open(0, 1).usual_logarithmic(0.01, 0.5), std::nullopt,
+                        "projected half-light radius, 3434.12 r0"),
+      Parameter::vector3("axis", "", Interval::left_open(0, 10).usual(0.2, 2),
+                         std::vector<double>{1, 1, 1}, "stretch along x, y, z"),
   };
   kind.make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
     const ParameterSet& v = input.values;

@@ -3,20 +3,12 @@
 namespace gamer {
 
 ComponentKind dust_kind() {
-  FractalParameters noise;
-  noise.octaves = 8;
-  noise.k0 = 0;
-  noise.frequency_scale = 1;
-  noise.spectral_index = 1;
-  noise.exponent = 4;
-  noise.inverse = true;
-  noise.floor = 0.3;
   return {
       .name = "dust",
       .description = "absorbing layer, textured by inverse noise (GAMER Eq. 15)",
       .traits = {.emits = false, .absorbs = true},
       .parameters = Layer::parameters(),
-      .noise = noise,
+      .noise = FractalParameters{.exponent = 4, .inverse = true, .floor = 0.3},
       .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
         // kappa = tau_V/(2 z0) envelope Phi a(lambda)/a(V) (GAMER Eq. 15): tau_V is the face-on
         // optical depth through the middle where envelope and noise are 1.

@@ -15,6 +15,7 @@
 #include "galaxy/kinds/radial_law-inl.h"
 #include "galaxy/kinds/taper-inl.h"
 #include "galaxy/kinds/taper_column.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/units.h"
 
 #ifndef GAMER_GALAXY_LAYER_KERNEL
@@ -169,56 +170,50 @@ Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
       largest_shear_(arms.largest_shear()),
       log_peak_(std::log(law_.peak())) {}
 
+namespace {
+
+/// The keys that precede those of the radial law.
+BoundTable layer_keys(LayerShape& p) {
+  return {{p.z0, "z0", "galaxy radii",
+           Interval::closed(Layer::least_height, 1).usual_logarithmic(0.002, 0.2),
+           "scale height of sech^2(z/z0)"},
+          {p.rh, "rh", "galaxy radii", Interval::left_open(0, 1).usual_logarithmic(0.03, 0.6),
+           "scale length of exp(-r/rh)"},
+          {p.inner, "inner", "galaxy radii", Interval::right_open(0, 1).usual(0, 0.6),
+           "radius of a smooth central hole"},
+          Parameter::number("arm_width", "", Interval::closed(0, 100).usual(0, 60), 0.5,
+                            "A_w: larger makes narrower arms; 0 ignores them"),
+          {p.shift, "shift", "deg", Interval::any().usual(-90, 90),
+           "delta: angle by which this component's arms are turned; towards the concave side it is "
+           "negative for ringermacher-mead and positive for logarithmic, times the handedness"},
+          Parameter::number(
+              "twirl", "", Interval::closed(-10, 10).usual(0, 1), 0.1,
+              "tau: the noise is wound by tau theta(r); at 1 its features run along the arms")};
+}
+
+BoundTable asymmetry_keys(LayerShape& p) {
+  return {{p.flare, "flare", "1/galaxy radii", Interval::closed(0, 5).usual(0, 3),
+           "growth of the scale height, z0 exp(flare r)"},
+          {p.lopsidedness, "lopsidedness", "1/galaxy radii", Interval::closed(0, 1).usual(0, 1),
+           "L: one side is brighter by 1 + L r, the other fainter by 1 - L r"},
+          {p.lopsided_angle, "lopsided_angle", "deg", Interval::any().usual(0, 360),
+           "direction of the brighter side from the x axis towards y"}};
+}
+
+}  // namespace
+
 ParameterTable Layer::parameters() {
-  const ParameterTable first = {
-      Parameter::number("z0", "galaxy radii", Interval::closed(least_height, 1), 0.02,
-                        "scale height of sech^2(z/z0)")
-          .usual_logarithmic(0.002, 0.2),
-      Parameter::number("rh", "galaxy radii", Interval::left_open(0, 1), 0.2,
-                        "scale length of exp(-r/rh)")
-          .usual_logarithmic(0.03, 0.6),
-      Parameter::number("inner", "galaxy radii", Interval::right_open(0, 1), 0.0,
-                        "radius of a smooth central hole")
-          .usual(0, 0.6),
-      Parameter::number("arm_width", "", Interval::closed(0, 100), 0.5,
-                        "A_w: larger makes narrower arms; 0 ignores them")
-          .usual(0, 60),
-      Parameter::number(
-          "shift", "deg", Interval::any(), 0.0,
-          "delta: angle by which this component's arms are turned; towards the concave side it is "
-          "negative for ringermacher-mead and positive for logarithmic, times the handedness")
-          .usual(-90, 90),
-      Parameter::number(
-          "twirl", "", Interval::closed(-10, 10), 0.1,
-          "tau: the noise is wound by tau theta(r); at 1 its features run along the arms")
-          .usual(0, 1),
-  };
-  const ParameterTable more = {
-      Parameter::number("flare", "1/galaxy radii", Interval::closed(0, 5), 0.0,
-                        "growth of the scale height, z0 exp(flare r)")
-          .usual(0, 3),
-      Parameter::number("lopsidedness", "1/galaxy radii", Interval::closed(0, 1), 0.0,
-                        "L: one side is brighter by 1 + L r, the other fainter by 1 - L r")
-          .usual(0, 1),
-      Parameter::number("lopsided_angle", "deg", Interval::any(), 0.0,
-                        "direction of the brighter side from the x axis towards y")
-          .usual(0, 360),
-  };
-  return first + RadialLaw::parameters() + more;
+  return declarations(layer_keys) + RadialLaw::parameters() + declarations(asymmetry_keys);
 }
 
 LayerShape Layer::read_shape(const ComponentInput& input, bool has_arm_width) {
   const ParameterSet& values = input.values;
-  LayerShape shape;
-  shape.z0 = values.number("z0");
-  shape.rh = values.number("rh");
-  shape.inner = values.number("inner");
+  LayerShape shape = read_object(values, layer_keys);
+  put_values(values, asymmetry_keys(shape));
   shape.arm_width = has_arm_width ? values.number("arm_width") : 0.0;
-  shape.shift = std::remainder(values.number("shift"), 360.0) * degree;
+  shape.shift = std::remainder(shape.shift, 360.0) * degree;
   shape.radial = RadialLaw::read(values, input.context);
-  shape.flare = values.number("flare");
-  shape.lopsidedness = values.number("lopsidedness");
-  shape.lopsided_angle = std::remainder(values.number("lopsided_angle"), 360.0) * degree;
+  shape.lopsided_angle = std::remainder(shape.lopsided_angle, 360.0) * degree;
   return shape;
 }
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "galaxy/running_sums.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"
 #include "gamer/galaxy/sample_batch.h"
@@ -175,49 +176,40 @@ void RadialLaw::place(double m, double psi, double& r, double& azimuth) const {
   azimuth = std::remainder(std::atan2(across, along) + shape_.position_angle, 2 * std::numbers::pi);
 }
 
-ParameterTable RadialLaw::parameters() {
-  const RadialShape shape;
+namespace {
+
+BoundTable radial_keys(RadialShape& p) {
   constexpr double least_width = 2e-3;
-  return {
-      Parameter::number("break_radius", "galaxy radii", Interval::right_open(0, 1), 0.0,
-                        "where the scale length changes from rh to outer_rh; 0 for no break")
-          .usual(0, 0.9),
-      Parameter::number("outer_rh", "galaxy radii", Interval::closed(0.01, 1), std::nullopt,
-                        "scale length outside the break; by default rh/2")
-          .usual_logarithmic(0.02, 0.5),
-      Parameter::number("break_sharpness", "1/galaxy radii", Interval::closed(5, 1000),
-                        shape.break_sharpness, "s: the break is about 4/s wide")
-          .usual_logarithmic(5, 200),
-      Parameter::number("ring_radius", "galaxy radii", Interval::right_open(0, 1), 0.0,
-                        "radius of a ring in place of the exponential; 0 for none")
-          .usual(0, 0.9),
-      Parameter::number("ring_width", "galaxy radii", Interval::closed(least_width, 1),
-                        shape.ring_width, "standard deviation of the ring's profile")
-          .usual_logarithmic(0.005, 0.3),
-      Parameter::number("ring_outer_width", "galaxy radii", Interval::closed(least_width, 1),
-                        std::nullopt, "standard deviation outside the crest; by default ring_width")
-          .usual_logarithmic(0.005, 0.5),
-      Parameter::number("axis_ratio", "", Interval::closed(0.1, 1), 1.0,
-                        "q: width over length of the ellipses of equal density in the plane")
-          .usual(0.2, 1),
-      Parameter::number("position_angle", "deg", Interval::any(), 0.0,
-                        "angle of the ellipses from the x axis towards y")
-          .usual(-180, 180),
-  };
+  return {{p.break_radius, "break_radius", "galaxy radii", Interval::right_open(0, 1).usual(0, 0.9),
+           "where the scale length changes from rh to outer_rh; 0 for no break"},
+          without_default({p.outer_rh, "outer_rh", "galaxy radii",
+                           Interval::closed(0.01, 1).usual_logarithmic(0.02, 0.5),
+                           "scale length outside the break; by default rh/2"}),
+          {p.break_sharpness, "break_sharpness", "1/galaxy radii",
+           Interval::closed(5, 1000).usual_logarithmic(5, 200), "s: the break is about 4/s wide"},
+          {p.ring_radius, "ring_radius", "galaxy radii", Interval::right_open(0, 1).usual(0, 0.9),
+           "radius of a ring in place of the exponential; 0 for none"},
+          {p.ring_width, "ring_width", "galaxy radii",
+           Interval::closed(least_width, 1).usual_logarithmic(0.005, 0.3),
+           "standard deviation of the ring's profile"},
+          without_default({p.ring_outer_width, "ring_outer_width", "galaxy radii",
+                           Interval::closed(least_width, 1).usual_logarithmic(0.005, 0.5),
+                           "standard deviation outside the crest; by default ring_width"}),
+          {p.axis_ratio, "axis_ratio", "", Interval::closed(0.1, 1).usual(0.2, 1),
+           "q: width over length of the ellipses of equal density in the plane"},
+          {p.position_angle, "position_angle", "deg", Interval::any().usual(-180, 180),
+           "angle of the ellipses from the x axis towards y"}};
 }
 
+}  // namespace
+
+ParameterTable RadialLaw::parameters() { return declarations(radial_keys); }
+
 RadialShape RadialLaw::read(const ParameterSet& values, const std::string& context) {
-  RadialShape shape;
-  const auto number = [&](const char* name) { return values.number(name); };
-  shape.break_radius = number("break_radius");
-  shape.outer_rh = values.has("outer_rh") ? number("outer_rh") : 0.5 * number("rh");
-  shape.break_sharpness = number("break_sharpness");
-  shape.ring_radius = number("ring_radius");
-  shape.ring_width = number("ring_width");
-  shape.ring_outer_width =
-      values.has("ring_outer_width") ? number("ring_outer_width") : shape.ring_width;
-  shape.axis_ratio = number("axis_ratio");
-  shape.position_angle = std::remainder(number("position_angle"), 360.0) * degree;
+  RadialShape shape = read_object(values, radial_keys);
+  if (!values.has("outer_rh")) shape.outer_rh = 0.5 * values.number("rh");
+  if (!values.has("ring_outer_width")) shape.ring_outer_width = shape.ring_width;
+  shape.position_angle = std::remainder(shape.position_angle, 360.0) * degree;
   const auto check = [&](const char* name, bool is_used, const std::string& why) {
     if (values.is_given(name) && !is_used) {
       throw InputError(values.where(name), context + "'" + name + "' " + why);

@@ -196,16 +196,14 @@ ComponentKind sersic_kind() {
   kind.traits = {.is_bulge = true};
   constexpr double smallest_radius = 1e-3;
   kind.parameters = {
-      Parameter::number("index", "", Interval::closed(smallest_index, largest_index), 4.0,
-                        "n: 0.5 is a Gaussian, 1 exponential, 4 de Vaucouleurs' law")
-          .usual(0.5, 8),
+      Parameter::number("index", "", Interval::closed(smallest_index, largest_index).usual(0.5, 8),
+                        4.0, "n: 0.5 is a Gaussian, 1 exponential, 4 de Vaucouleurs' law"),
       required(Parameter::number("effective_radius", "galaxy radii",
-                                 Interval::closed(smallest_radius, 1), std::nullopt,
-                                 "R_e, projected half-light radius where the axes are 1")
-                   .usual_logarithmic(0.01, 1)),
-      Parameter::vector3("axis", "", Interval::closed(0.05, 10), std::vector<double>{1, 1, 1},
-                         "stretch along x, y, z")
-          .usual(0.2, 2),
+                                 Interval::closed(smallest_radius, 1).usual_logarithmic(0.01, 1),
+                                 std::nullopt,
+                                 "R_e, projected half-light radius where the axes are 1")),
+      Parameter::vector3("axis", "", Interval::closed(0.05, 10).usual(0.2, 2),
+                         std::vector<double>{1, 1, 1}, "stretch along x, y, z"),
       Parameter::number("boxiness", "", Interval::closed(2, 4), 2.0,
                         "c of m^c = |x|^c + |y|^c + |z|^c, relative to the axes: 2 is an "
                         "ellipsoid, 4 nearly a box; above 2, R_e is that of the ellipsoid"),

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 
 namespace gamer {
 namespace {
@@ -101,33 +100,24 @@ double StarField::temperature(double luminosity, const Candidate& candidate) con
 }
 
 ComponentKind starfield_kind() {
-  FractalParameters noise;
-  noise.octaves = 4;
-  noise.k0 = 0;
-  noise.frequency_scale = 2;
-  noise.spectral_index = 1;
-  noise.exponent = 1;
-  noise.inverse = true;
-  noise.floor = 0.3;
-  return {.name = "starfield",
-          .description =
-              "stars: the nearest and brightest are points of light, the others are smooth light",
-          .traits = {.can_follow = true, .has_own_spectrum = true},
-          .parameters = Layer::parameters() +
-                        ParameterTable{Parameter::number("number", "",
-                                                         Interval::closed(1, largest_number), 1e11,
-                                                         "number of stars in the galaxy, including "
-                                                         "stars that are never drawn individually")
-                                           .usual_logarithmic(100000.0, 1000000000000.0)} +
-                        StellarPopulation::parameters(),
-          .noise = noise,
-          .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
-            check_spectrum(input.values, input.context);
-            return std::make_unique<StarField>(
-                Layer::read_shape(input), input.arms,
-                StellarPopulation(input.values, input.context, input.resources),
-                input.values.number("number"), input.settings.seed);
-          }};
+  const Parameter number = Parameter::number(
+      "number", "",
+      Interval::closed(1, largest_number).usual_logarithmic(100000.0, 1000000000000.0), 1e11,
+      "number of stars in the galaxy, including stars that are never drawn individually");
+  return {
+      .name = "starfield",
+      .description =
+          "stars: the nearest and brightest are points of light, the others are smooth light",
+      .traits = {.can_follow = true, .has_own_spectrum = true},
+      .parameters = Layer::parameters() + ParameterTable{number} + StellarPopulation::parameters(),
+      .noise = FractalParameters{.octaves = 4, .frequency_scale = 2, .inverse = true, .floor = 0.3},
+      .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
+        check_spectrum(input.values, input.context);
+        return std::make_unique<StarField>(
+            Layer::read_shape(input), input.arms,
+            StellarPopulation(input.values, input.context, input.resources),
+            input.values.number("number"), input.settings.seed);
+      }};
 }
 
 }  // namespace gamer

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "galaxy/veins/vein_kernel.h"
-#include "gamer/core/error.h"
+#include "gamer/core/bound_parameter.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/core/units.h"
@@ -99,111 +99,77 @@ void place(Octave& octave, std::uint64_t seed, std::uint64_t index) {
   octave.seed = static_cast<std::uint32_t>(hash_words({seed, index, 3}));
 }
 
-/// A declaration whose default is a plain number.
-Parameter number(const char* name, const char* unit, const Interval& interval, double value,
-                 const char* description) {
-  return Parameter::number(name, unit, interval, value, description);
+/// The keys of the veins along the arms, and of the spurs.
+BoundTable pattern_keys(VeinParameters& p) {
+  return {{p.vein_width, "vein_width", "arm spacings", Interval::closed(0.01, 1),
+           "sigma of the veins along the arms"},
+          {p.spur_number, "spur_number", "", Interval::closed(0, 200).usual(0, 80),
+           "spurs per turn of an arm"},
+          {p.spur_width, "spur_width", "spur spacings", Interval::closed(0.01, 1),
+           "sigma of the spurs"},
+          {p.spur_angle, "spur_angle", "deg", Interval::closed(5, 175),
+           "angle between a spur and its arm, at the arm"},
+          {p.spur_curvature, "spur_curvature", "", Interval::closed(-10, 10).usual(-4, 4),
+           "curvature of spurs: positive towards parallel to the arms, negative backwards"},
+          {p.spur_length, "spur_length", "arm spacings", Interval::left_open(0, 3),
+           "distance from its arm at which the longest spur has faded"},
+          {p.spur_strength, "spur_strength", "", Interval::closed(0, 1),
+           "height of the strongest spur, in units of the height of the arms' veins"},
+          {p.spur_variation, "spur_variation", "", Interval::closed(0, 0.95),
+           "variation of the spurs' heights and lengths"},
+          {p.displacement, "displacement", "arm spacings", Interval::closed(0, 1).usual(0, 0.5),
+           "rms of the noise that displaces veins and spurs together"},
+          {p.displacement_frequency, "displacement_frequency", "cycles per arm spacing",
+           Interval::closed(0.1, 20).usual_logarithmic(0.1, 10),
+           "frequency of the displacement's first octave"},
+          {p.displacement_octaves, "displacement_octaves", "", Interval::closed(1, 6),
+           "octaves of the displacement, each of twice the frequency and half the height"}};
 }
 
 /// The keys of the density within veins and between them, and the seeds.
-ParameterTable cloud_table(const VeinParameters& values) {
+BoundTable cloud_keys(VeinParameters& p) {
   return {
-      number("density_high", "", Interval::left_open(0, 1000), values.density_high,
-             "D_h, density within veins; only its ratio to `density_low` counts")
-          .usual_logarithmic(0.1, 100),
-      number("density_low", "", Interval::closed(0, 1000), values.density_low,
-             "D_l, density between veins")
-          .usual(0, 10),
-      Parameter::integer("octaves", "",
-                         Interval::closed(1, double{FractalParameters::most_octaves}),
-                         values.octaves,
-                         "octaves of the noise that multiplies the density; default as listed only "
-                         "if the render parameters have no `noise.octaves`")
-          .usual(1, 12),
-      number("noise_frequency", "cycles per arm spacing", Interval::closed(0.1, 50),
-             values.noise_frequency, "frequency of the noise's first octave, across the spurs")
-          .usual_logarithmic(0.3, 20),
-      number("noise_contrast", "", Interval::closed(0, 1), values.noise_contrast,
-             "rms of the octave whose cells are `isotropic_scale` large"),
-      number("spectral_index", "", Interval::closed(0, 6), values.spectral_index,
-             "the column density's power spectrum falls as |k|^-spectral_index"),
-      number("clumpiness", "", Interval::closed(0.1, 12), values.clumpiness,
-             "power of the octaves below `isotropic_scale`; large values make knots"),
-      number("anisotropy", "", Interval::closed(1, 10), values.anisotropy,
-             "ratio of length to width of clouds"),
-      number("anisotropy_angle", "deg", Interval::closed(0, 180), values.anisotropy_angle,
-             "angle between clouds and arms"),
-      number("isotropic_scale", "galaxy radii", Interval::left_open(0, 1), values.isotropic_scale,
-             "scale above which clouds grow with the radius and follow the arms; smaller clouds "
-             "are isotropic and uniform")
-          .usual_logarithmic(0.003, 0.5),
-      Parameter::integer("seed", "", Interval::closed(0, largest_seed), std::nullopt,
-                         "seed of this component's noise; default: from the galaxy's seed and the "
-                         "component's name"),
-      Parameter::integer(
-          "pattern_seed", "", Interval::closed(0, largest_seed), 1,
-          "seed of displacement and spurs: veins of one galaxy with equal seed and shape coincide"),
-  };
+      {p.density_high, "density_high", "", Interval::left_open(0, 1000).usual_logarithmic(0.1, 100),
+       "D_h, density within veins; only its ratio to `density_low` counts"},
+      {p.density_low, "density_low", "", Interval::closed(0, 1000).usual(0, 10),
+       "D_l, density between veins"},
+      {p.octaves, "octaves", "",
+       Interval::closed(1, double{FractalParameters::most_octaves}).usual(1, 12),
+       "octaves of the noise that multiplies the density; default as listed only "
+       "if the render parameters have no `noise.octaves`"},
+      {p.noise_frequency, "noise_frequency", "cycles per arm spacing",
+       Interval::closed(0.1, 50).usual_logarithmic(0.3, 20),
+       "frequency of the noise's first octave, across the spurs"},
+      {p.noise_contrast, "noise_contrast", "", Interval::closed(0, 1),
+       "rms of the octave whose cells are `isotropic_scale` large"},
+      {p.spectral_index, "spectral_index", "", Interval::closed(0, 6),
+       "the column density's power spectrum falls as |k|^-spectral_index"},
+      {p.clumpiness, "clumpiness", "", Interval::closed(0.1, 12),
+       "power of the octaves below `isotropic_scale`; large values make knots"},
+      {p.anisotropy, "anisotropy", "", Interval::closed(1, 10),
+       "ratio of length to width of clouds"},
+      {p.anisotropy_angle, "anisotropy_angle", "deg", Interval::closed(0, 180),
+       "angle between clouds and arms"},
+      {p.isotropic_scale, "isotropic_scale", "galaxy radii",
+       Interval::left_open(0, 1).usual_logarithmic(0.003, 0.5),
+       "scale above which clouds grow with the radius and follow the arms; smaller clouds "
+       "are isotropic and uniform"},
+      without_default({p.seed, "seed", "", Interval::closed(0, largest_seed),
+                       "seed of this component's noise; default: from the galaxy's seed and the "
+                       "component's name"}),
+      {p.pattern_seed, "pattern_seed", "", Interval::closed(0, largest_seed),
+       "seed of displacement and spurs: veins of one galaxy with equal seed and shape coincide"}};
 }
 
 }  // namespace
 
 ParameterTable VeinParameters::table() const {
-  const ParameterTable pattern = {
-      number("vein_width", "arm spacings", Interval::closed(0.01, 1), vein_width,
-             "sigma of the veins along the arms"),
-      number("spur_number", "", Interval::closed(0, 200), spur_number, "spurs per turn of an arm")
-          .usual(0, 80),
-      number("spur_width", "spur spacings", Interval::closed(0.01, 1), spur_width,
-             "sigma of the spurs"),
-      number("spur_angle", "deg", Interval::closed(5, 175), spur_angle,
-             "angle between a spur and its arm, at the arm"),
-      number("spur_curvature", "", Interval::closed(-10, 10), spur_curvature,
-             "curvature of spurs: positive towards parallel to the arms, negative backwards")
-          .usual(-4, 4),
-      number("spur_length", "arm spacings", Interval::left_open(0, 3), spur_length,
-             "distance from its arm at which the longest spur has faded"),
-      number("spur_strength", "", Interval::closed(0, 1), spur_strength,
-             "height of the strongest spur, in units of the height of the arms' veins"),
-      number("spur_variation", "", Interval::closed(0, 0.95), spur_variation,
-             "variation of the spurs' heights and lengths"),
-      number("displacement", "arm spacings", Interval::closed(0, 1), displacement,
-             "rms of the noise that displaces veins and spurs together")
-          .usual(0, 0.5),
-      number("displacement_frequency", "cycles per arm spacing", Interval::closed(0.1, 20),
-             displacement_frequency, "frequency of the displacement's first octave")
-          .usual_logarithmic(0.1, 10),
-      Parameter::integer(
-          "displacement_octaves", "", Interval::closed(1, 6), displacement_octaves,
-          "octaves of the displacement, each of twice the frequency and half the height"),
-  };
-  return pattern + cloud_table(*this);
+  return declarations(pattern_keys, *this) + declarations(cloud_keys, *this);
 }
 
 void VeinParameters::apply(const ParameterSet& values) {
-  vein_width = values.number("vein_width");
-  spur_number = values.number("spur_number");
-  spur_width = values.number("spur_width");
-  spur_angle = values.number("spur_angle");
-  spur_curvature = values.number("spur_curvature");
-  spur_length = values.number("spur_length");
-  spur_strength = values.number("spur_strength");
-  spur_variation = values.number("spur_variation");
-  displacement = values.number("displacement");
-  displacement_frequency = values.number("displacement_frequency");
-  displacement_octaves = static_cast<int>(values.integer("displacement_octaves"));
-  density_high = values.number("density_high");
-  density_low = values.number("density_low");
-  octaves = static_cast<int>(values.integer("octaves"));
-  noise_frequency = values.number("noise_frequency");
-  noise_contrast = values.number("noise_contrast");
-  spectral_index = values.number("spectral_index");
-  clumpiness = values.number("clumpiness");
-  anisotropy = values.number("anisotropy");
-  anisotropy_angle = values.number("anisotropy_angle");
-  isotropic_scale = values.number("isotropic_scale");
-  if (values.has("seed")) seed = static_cast<std::uint64_t>(values.integer("seed"));
-  pattern_seed = static_cast<std::uint64_t>(values.integer("pattern_seed"));
+  put_values(values, pattern_keys(*this));
+  put_values(values, cloud_keys(*this));
 }
 
 /// Points of a batch, and their visible structure.

@@ -12,7 +12,6 @@
 #include "core/message.h"
 #include "core/text.h"
 #include "gamer/core/capitals.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "image/fits/fits_scan.h"
 

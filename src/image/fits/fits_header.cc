@@ -6,7 +6,6 @@
 
 #include "core/message.h"
 #include "gamer/core/capitals.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "image/fits/card_record.h"
 

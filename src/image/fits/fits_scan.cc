@@ -8,7 +8,6 @@
 #include <cerrno>
 #include <climits>
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -16,7 +15,6 @@
 
 #include "core/message.h"
 #include "core/text.h"
-#include "gamer/core/error.h"
 #include "image/fits/card_record.h"
 
 namespace gamer {

@@ -20,7 +20,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/core/error.h"
 #include "gamer/core/near.h"
 #include "gamer/image/fits/fits.h"
 #include "gamer/image/new_file.h"

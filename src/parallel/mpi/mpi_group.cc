@@ -11,7 +11,6 @@
 
 #include "core/message.h"
 #include "gamer/core/clock.h"
-#include "gamer/core/error.h"
 #include "parallel/mpi/follow.h"
 #include "parallel/mpi/lead.h"
 #include "parallel/row_handout.h"
@@ -303,8 +302,6 @@ std::string mpi_library_version() {
 }  // namespace gamer
 
 #else
-
-#include "parallel/rank_group.h"
 
 namespace gamer {
 

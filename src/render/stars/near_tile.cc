@@ -1,9 +1,7 @@
 #include "render/stars/near_tile.h"
 
 #include <algorithm>
-#include <cmath>
 #include <glm/geometric.hpp>
-#include <glm/matrix.hpp>
 
 namespace gamer {
 namespace {

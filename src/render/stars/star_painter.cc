@@ -5,7 +5,6 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <numeric>
-#include <optional>
 
 #include "render/march/node_map.h"
 #include "render/stars/near_tile.h"
