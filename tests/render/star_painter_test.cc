@@ -64,7 +64,8 @@ struct Painted {
     const Spectrum spectrum = load_spectrum(parameters, resources);
     scene = std::make_shared<Scene>(
         read_scene(text.scene, "scene.lst", parameters, spectrum, camera, resources));
-    fields = std::make_shared<StarFields>(*scene, camera, parameters.sampling.stars_per_pixel.value_or(1));
+    fields = std::make_shared<StarFields>(*scene, camera,
+                                          parameters.sampling.stars_per_pixel.value_or(1));
     basis = std::make_shared<SpectralBasis>(spectrum, std::vector<SpectralBasis::Probe>(),
                                             std::optional<int>(1), 1e-3);
     medium.emplace(scene, basis, Accuracy::from_tolerance(parameters.sampling.tolerance), false,

@@ -159,7 +159,8 @@ StarFields::StarFields(const Scene& scene, const Camera& camera, double stars_pe
       const StarField* stars = components[c]->star_field();
       if (stars == nullptr) continue;
       Field field{static_cast<int>(g), c, stars, std::numeric_limits<double>::infinity(), {}, {}};
-      if (placed.draws_stars && stars_per_pixel > 0) set_limit(scene, camera, stars_per_pixel, field);
+      if (placed.draws_stars && stars_per_pixel > 0)
+        set_limit(scene, camera, stars_per_pixel, field);
       if (std::isinf(field.limit)) {
         field.parts = {{std::shared_ptr<const Sed>(placed.galaxy, stars->sed()), {}}};
       } else if (is_parallel_) {
