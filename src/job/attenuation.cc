@@ -158,8 +158,8 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
 
 void choose_layers(RenderJob& job, bool is_draft) {
   for (PlacedGalaxy& placed : job.scene->galaxies) {
-    const bool is_small = job.scene->unit != PixelUnit::relative &&
-                          can_be_layer(placed, job.parameters, job.camera);
+    const bool is_small =
+        job.scene->unit != PixelUnit::relative && can_be_layer(placed, job.parameters, job.camera);
     placed.is_layer = is_small && !is_draft;
     placed.draws_stars = !is_small;
   }
