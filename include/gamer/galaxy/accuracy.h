@@ -50,8 +50,8 @@ struct Accuracy {
   /// Distance of rays, in widest footprints, below which noise and arms need no closer rays.
   /// Controls the light of clumps that rays would miss or count twice.
   double ray_spacing;
-  /// Brightness, as a share of a component's peak, below which rays are farther apart; the second
-  /// one for galaxies whose flux is fixed by their own rays. Controls the light of faint outskirts.
+  /// Brightness, as a share of a component's peak, below which rays are farther apart. The second
+  /// one is that of galaxies of fixed flux. Controls the light of faint outskirts.
   double faint_brightness, fixed_flux_faint_brightness;
   /// Distance of rays, in widest footprints, below which an edge needs no closer rays. Controls the
   /// light at the edges of bars.
