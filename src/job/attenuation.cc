@@ -156,12 +156,20 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
   return has_dust ? ObservedLight::dust : ObservedLight::none;
 }
 
+void choose_drawn_stars(const RenderParameters& parameters, const Camera& camera, Scene& scene) {
+  const auto is_field = [](const auto& component) { return component->star_field() != nullptr; };
+  for (PlacedGalaxy& placed : scene.galaxies) {
+    placed.draws_stars =
+        parameters.sampling.draws_stars() &&
+        std::ranges::any_of(placed.galaxy->components(), is_field) &&
+        (scene.unit == PixelUnit::relative || !can_be_layer(placed, parameters, camera));
+  }
+}
+
 void choose_layers(RenderJob& job, bool is_draft) {
   for (PlacedGalaxy& placed : job.scene->galaxies) {
-    const bool is_small =
-        job.scene->unit != PixelUnit::relative && can_be_layer(placed, job.parameters, job.camera);
-    placed.is_layer = is_small && !is_draft;
-    placed.draws_stars = !is_small;
+    placed.is_layer = !is_draft && job.scene->unit != PixelUnit::relative &&
+                      can_be_layer(placed, job.parameters, job.camera);
   }
 }
 

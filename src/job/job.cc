@@ -144,12 +144,7 @@ std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
                                                              const Camera& camera, bool is_draft) {
   // Cameras of a film's other frames may be nearer.
   if (parameters.animation.frames > 0) return {};
-  const auto has_stars = [](const PlacedGalaxy& placed) {
-    return std::ranges::any_of(placed.galaxy->components(), [](const auto& component) {
-      return component->star_field() != nullptr;
-    });
-  };
-  const bool draws_stars = std::ranges::any_of(scene.galaxies, has_stars);
+  const bool draws_stars = std::ranges::any_of(scene.galaxies, &PlacedGalaxy::draws_stars);
   std::map<const Galaxy*, FootprintRange> by_galaxy;
   for (const PlacedGalaxy& placed : scene.galaxies) {
     FootprintRange range = GalaxyLibrary::draft_footprints();
@@ -174,8 +169,10 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   const Camera camera = make_camera(parameters, resources);
   Spectrum spectrum = load_spectrum(parameters, resources);
   const auto read = [&] {
-    return std::make_shared<Scene>(
+    auto made = std::make_shared<Scene>(
         read_scene(catalogue, parameters, spectrum, camera, resources, library));
+    choose_drawn_stars(parameters, camera, *made);
+    return made;
   };
   std::shared_ptr<Scene> scene = read();
   const auto footprints = [&] {

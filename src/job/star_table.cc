@@ -245,6 +245,9 @@ void check_star_table(const RenderJob& job) {
   if (!parameters.sampling.draws_stars()) {
     fail("sampling.stars_per_pixel = 0 draws no star; give a larger value");
   }
+  if (is_whole && std::ranges::none_of(job.scene->galaxies, &PlacedGalaxy::draws_stars)) {
+    fail("galaxies of at most 256 pixels across draw no stars; give sampling.stars_per_pixel");
+  }
 }
 
 DataTable star_table(const RenderJob& job, const Renderer& renderer, Executor& executor,

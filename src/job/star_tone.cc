@@ -40,7 +40,7 @@ bool has_star_field(const Scene& scene) {
 bool measures_star_tone(const RenderParameters& parameters, const Scene& scene) {
   return parameters.draws_star_discs() && !parameters.stars.white_point &&
          scene.unit != PixelUnit::magnitude &&
-         (!scene.stars.empty() || (parameters.sampling.draws_stars() && has_star_field(scene)));
+         (!scene.stars.empty() || std::ranges::any_of(scene.galaxies, &PlacedGalaxy::draws_stars));
 }
 
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {

@@ -216,7 +216,8 @@ bool Renderer::add_layers(int x, int y, int row, Workspace& work, LightSums& sum
       if (glm::distance(front.centre, behind.centre) < reach) return false;
     }
   }
-  if (dimmed_share(x, y, work) > medium_.accuracy().most_dimmed) return false;
+  if (work.in_pixel.size() > 1 && dimmed_share(x, y, work) > medium_.accuracy().most_dimmed)
+    return false;
   work.through.assign(planes, 1.0);
   for (const Workspace::LayerOf* of : work.in_pixel) {
     if (!of->layer->has(x, y)) continue;

@@ -10,6 +10,7 @@
 #include "core/each_simd_target.h"
 #include "galaxy/evaluate.h"
 #include "galaxy/galaxy_text.h"
+#include "galaxy/neighbours.h"
 #include "gamer/galaxy/light_profile.h"
 
 namespace gamer {
@@ -56,6 +57,23 @@ std::vector<BarShape> shapes() {
   result.back().ansae = 2;
   result.back().position_angle = 40 * degree;
   return result;
+}
+
+// Cells are as large as the brightness of their rays allows.
+TEST(Bar, BrightnessBoundsNeighbours) {
+  for (const BarShape& shape : shapes()) {
+    double peak = 0;
+    for (double along = 0; along <= 1; along += 0.01) {
+      const double x = along * shape.half_length * std::cos(shape.position_angle);
+      const double y = along * shape.half_length * std::sin(shape.position_angle);
+      peak = std::max(peak, envelope(shape, x, y, 0));
+    }
+    const auto share = [&](const glm::dvec3& place) {
+      return glm::length(place) < 1 ? envelope(shape, place.x, place.y, place.z) / peak : 0.0;
+    };
+    EXPECT_LT(largest_over_brightness(Bar(shape), shape.z0, 1e-4, share), 1.5)
+        << shape.boxiness;  // measured: 1.33
+  }
 }
 
 TEST(Bar, EnvelopeOnEveryTarget) {

@@ -9,6 +9,7 @@
 
 #include "core/each_simd_target.h"
 #include "galaxy/galaxy_text.h"
+#include "galaxy/neighbours.h"
 #include "gamer/core/random.h"
 
 namespace gamer {
@@ -202,6 +203,29 @@ TEST(Layer, ArmModifier) {
       EXPECT_NEAR(envelope_at(layer, arms, r, phi, 0) / peak, expected, 6e-6);
     }
     EXPECT_NEAR(peak, std::exp(-r / shape.rh), 1e-6);
+  }
+}
+
+// Cells are as large as the brightness of their rays allows.
+TEST(Layer, BrightnessBoundsNeighbours) {
+  std::vector<LayerShape> shapes = {
+      {0.02, 0.2, 0, 0, 0}, {0.002, 0.3, 0, 0, 0}, {0.1, 0.1, 0, 0, 0}, {0.02, 0.2, 0.3, 0, 0}};
+  shapes.push_back({0.01, 0.2, 0, 0, 0});
+  shapes.back().radial.axis_ratio = 0.5;
+  shapes.push_back({0.01, 0.2, 0, 0, 0});
+  shapes.back().flare = 1.5;
+  shapes.push_back({0.01, 0.2, 0, 0, 0});
+  shapes.back().radial.ring_radius = 0.4;
+  shapes.back().radial.ring_width = shapes.back().radial.ring_outer_width = 0.03;
+  for (const LayerShape& shape : shapes) {
+    const Layer layer(shape, ArmPattern());
+    const auto share = [&](const glm::dvec3& place) {
+      const double r = std::hypot(place.x, place.y), phi = std::atan2(place.y, place.x);
+      if (glm::length(place) >= 1) return 0.0;
+      return envelope(shape, ArmPattern(), r, phi, place.z) / layer.peak();
+    };
+    EXPECT_LT(largest_over_brightness(layer, shape.z0, 1e-4, share), 1 + 2e-5)
+        << shape.z0;  // measured: 1 + 1e-5
   }
 }
 

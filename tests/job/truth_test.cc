@@ -366,6 +366,28 @@ TEST(Layers, DimWhatIsBehindThem) {
   EXPECT_NEAR(flux(limit) / rays, 1, 3.8e-5);  // measured: 1.9e-5
 }
 
+// A small galaxy's stars are smooth light, and it is a layer, unless the file asks for stars.
+TEST(Layers, DrawNoStarsUnlessAsked) {
+  const auto made = [](const std::string& sampling) {
+    return make(
+        "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
+        "m51 10 20 0.1 4 30 22 7\n",
+        sky(60, 0.2, "[sampling]\ntolerance = 0.05\n" + sampling));
+  };
+  const auto sum = [](const RenderJob& job) {
+    ThreadExecutor executor(2);
+    return sum_of(render_image(image_renderer(job), executor), 0);
+  };
+  const RenderJob smooth = made(""), none = made("stars_per_pixel = 0\n");
+  EXPECT_FALSE(smooth.scene->galaxies.front().draws_stars);
+  EXPECT_TRUE(smooth.scene->galaxies.front().is_layer);
+  EXPECT_EQ(sum(smooth), sum(none));
+  const RenderJob drawn = made("stars_per_pixel = 1\n");
+  EXPECT_TRUE(drawn.scene->galaxies.front().draws_stars);
+  EXPECT_FALSE(drawn.scene->galaxies.front().is_layer);
+  EXPECT_NE(sum(drawn), sum(none));
+}
+
 // Galaxies that penetrate each other have common rays.
 TEST(Layers, DoNotPenetrateEachOther) {
   const RenderJob made = make(

@@ -50,8 +50,8 @@ void put_value(const ParameterValue& value, T& variable) {
   }
 }
 
-/// A parameter and the variable that takes its value. What the variable holds at first is the
-/// default; an empty optional has none.
+/// A parameter and the variable that takes its value, which must outlive it. What the variable
+/// holds at first is the default; an empty optional has none.
 struct BoundParameter {
   template <class T>
   BoundParameter(T& variable, std::string name, std::string unit, Interval interval,

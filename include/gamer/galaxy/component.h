@@ -68,7 +68,8 @@ struct ColumnScale {
   double envelope = HUGE_VAL;
   double edge = HUGE_VAL;     ///< scale of an edge, a line across many rays
   double texture = HUGE_VAL;  ///< scale of arms and noise, which extend over many rays
-  /// About the largest value of the envelope along the ray, as a share of the component's peak.
+  /// About the largest value of the envelope along the ray and its neighbours, as a share of the
+  /// component's peak.
   double brightness = 1;
 };
 

@@ -21,8 +21,12 @@ enum class ObservedLight {
 ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters& parameters,
                              const Camera& camera, PixelUnit unit, bool is_draft);
 
+/// Decides whose stars may be drawn one by one (PlacedGalaxy::draws_stars): by default those of
+/// galaxies that are no layers, in drafts too. `parameters` and `camera` are those of the image.
+void choose_drawn_stars(const RenderParameters& parameters, const Camera& camera, Scene& scene);
+
 /// Decides which galaxies of a job are layers: those that can be, whatever else the scene holds.
-/// Drafts have none. The stars of these galaxies are smooth light, also in drafts.
+/// Drafts have none.
 void choose_layers(RenderJob& job, bool is_draft);
 
 /// The footprints of the parallel rays of apply_attenuation().

@@ -57,7 +57,7 @@ struct PlacedGalaxy {
   /// Whether it is rendered by itself, and then laid over what is behind it (GalaxyLayer). Every
   /// galaxy of fixed flux is.
   bool is_layer = false;
-  /// Whether the stars of its star fields may be drawn one by one; otherwise they are smooth light.
+  /// Whether the stars of its star fields may be drawn one by one. Otherwise they are smooth light.
   bool draws_stars = true;
   /// Radius of a sphere around `centre` that holds the stretched ball, scene units.
   double bounding_radius = 1;

@@ -196,8 +196,7 @@ void GalaxyStatistics::plan_means() {
     const bool is_field = component.star_field() != nullptr;
     const std::span<const double> wanted = measured(widths);
     // Drawn stars and the dust in front of them need the whole texture.
-    const bool sees_whole = is_field || footprints_.sees_whole;
-    if (sees_whole && wanted.front() > 0) means_.emplace_back(c, 0.0);
+    if (footprints_.sees_whole && wanted.front() > 0) means_.emplace_back(c, 0.0);
     for (const double width : wanted) means_.emplace_back(c, width);
     if (is_field) of(Round::closure).push_back({c, 0, 0});
   }

@@ -316,7 +316,6 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
     const double plane = -o[2] / d[2];
     if (std::abs(plane) < half_chord) place = plane;
   }
-  const double bright = brightness(o, d, place, axis, reach);
   const double m = metric(o[0] + place * d[0], o[1] + place * d[1]);
   // The edge and the ansae extend over many rays.
   const double outside = std::min(m + reach / b, 1 + shape_.cut);
@@ -329,34 +328,45 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
   double side = std::hypot(plane * cosine, column_lengths * shape_.z0 * sine);
   if (shape_.peanut > 0)
     side = std::min(side, std::hypot(plane, shape_.peanut_width * shape_.half_length));
-  return {.envelope = std::min(plane, side), .edge = fine, .brightness = bright};
+  return {.envelope = std::min(plane, side),
+          .edge = fine,
+          .brightness = brightness(o, d, distance - reach, reach)};
 }
 
-double Bar::brightness(const double o[3], const double d[3], double plane, double axis,
-                       double reach) const {
-  const auto beyond = [](double distance, double within) {
-    return std::max(distance - within, 0.0);
-  };
+double Bar::brightness(const double o[3], const double d[3], double distance, double reach) const {
+  const auto beyond = [](double far, double within) { return std::max(far - within, 0.0); };
   // A neighbour of the ray is nearer to the plane by up to `rise`, and nearer to the axis.
   const double b = shape_.half_length * shape_.axis_ratio;
   const double rise = reach * std::sqrt(std::max(1 - d[2] * d[2], 0.0));
-  const auto at = [&](double t) {
-    const double u = std::abs(o[0] + t * d[0]), v = std::abs(o[1] + t * d[1]);
-    double value = body(beyond(metric(u, v), reach / (least_metric * b))) / body(0);
+  const auto least = [](double from, double to) {
+    return from * to < 0 ? 0.0 : std::min(std::abs(from), std::abs(to));
+  };
+  const auto bound = [&](double t0, double t1) {
+    const double u0 = o[0] + t0 * d[0], u1 = o[0] + t1 * d[0];
+    const double v0 = o[1] + t0 * d[1], v1 = o[1] + t1 * d[1];
+    const double m = std::min(metric(u0, v0), metric(u1, v1));
+    double value = body(beyond(m, reach / b)) / body(0);
     if (shape_.ansae > 0) {
-      const double far = beyond(std::abs(u - ansa_radius), reach / shape_.half_length);
-      const double along = far / ansa_length, across = beyond(v, reach / b) / ansa_width;
+      const double ansa = std::min(least(u0 - ansa_radius, u1 - ansa_radius),
+                                   least(u0 + ansa_radius, u1 + ansa_radius));
+      const double along = beyond(ansa, reach / shape_.half_length) / ansa_length;
+      const double across = beyond(least(v0, v1), reach / b) / ansa_width;
       value += shape_.ansae * std::exp(-0.5 * (along * along + across * across));
     }
-    const double cosh = std::cosh(beyond(std::abs(o[2] + t * d[2]), rise) / highest_);
+    const double cosh = std::cosh(beyond(std::abs(o[2] + t0 * d[2]), rise) / highest_);
     return value / (cosh * cosh);
   };
-  // The envelope is largest near the plane, shifted towards the axis along grazing rays.
-  const double fall = std::hypot(d[0], d[1]) * std::max(shape_.decline, 1 / shape_.cut);
-  const double across = std::abs(d[2]) / highest_;
-  const double shift = across > 0 ? 0.5 * fall / (across * across) + rise / std::abs(d[2]) : 0.0;
-  const double near = plane + std::clamp(axis - plane, -shift, shift);
-  return std::min(std::max({at(plane), at(near), at(0.5 * (plane + near))}), 1.0);
+  // Half of the longest chord of the ray and its neighbours in the ball.
+  const double far = distance > 0 ? std::sqrt(std::max(1 - distance * distance, 0.0)) : 1.0;
+  const double dd = d[0] * d[0] + d[1] * d[1];
+  const double to_axis = dd > least_divisor ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
+  const double axis = std::clamp(to_axis, -far, far);
+  const double meets = d[2] != 0 ? -o[2] / d[2] : axis;
+  const double neighbours = d[2] != 0 ? rise / std::abs(d[2]) : 0.0;
+  const double begin =
+      std::clamp(meets + std::clamp(axis - meets, -neighbours, neighbours), -far, far);
+  const double step = d[2] != 0 ? highest_ / std::abs(d[2]) : far;
+  return std::min(largest_on_way(begin, axis, step, bound), 1.0);
 }
 
 namespace {

@@ -47,10 +47,10 @@ class Bar : public Component {
   /// S without ansae.
   double body(double m) const;
   double height(double u) const;
-  /// About the largest value of the envelope next to a ray, as a share of its peak. The ray is in
-  /// coordinates (u, v, z); it meets the plane at `plane` and is next to the axis at `axis`.
-  double brightness(const double o[3], const double d[3], double plane, double axis,
-                    double reach) const;
+  /// About the largest value of the envelope along a ray and its neighbours within `reach`, as a
+  /// share of its peak. The ray is in coordinates (u, v, z). The nearest neighbour passes the
+  /// centre at `distance`.
+  double brightness(const double o[3], const double d[3], double distance, double reach) const;
   /// Integral of the envelope along z at a place in the plane, over S.
   double column(double u, double v) const;
   double integral_of_body() const;

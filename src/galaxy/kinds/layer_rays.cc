@@ -83,36 +83,42 @@ bool Layer::hides_texture(double footprint) const {
                           stretch_of(texture()->twirl() * largest_shear_));
 }
 
-double Layer::brightness(const double nearest[3], const double direction[3], double half_chord,
-                         double reach) const {
+double Layer::brightness(const double nearest[3], const double direction[3], double reach) const {
   double o[3], d[3];
   law_.stretch(nearest, o);
   law_.stretch(direction, d);
   const auto m_at = [&](double t) { return std::hypot(o[0] + t * d[0], o[1] + t * d[1]); };
   const double dd = d[0] * d[0] + d[1] * d[1];
-  const double axis = dd > least_divisor ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
+  // Half of the longest chord of the ray and its neighbours in the ball.
+  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]) - reach;
+  const double far = distance > 0 ? std::sqrt(std::max(1 - distance * distance, 0.0)) : 1.0;
+  const double to_axis = dd > least_divisor ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
+  const double axis = std::clamp(to_axis, -far, far);
   // A ray along the plane has its brightest place next to the axis.
-  const double plane = d[2] != 0 ? std::clamp(-o[2] / d[2], -half_chord, half_chord) : axis;
-  const double height = shape_.z0 * shape_.flare_at(std::min(m_at(plane), 1.0));
-  const double across = std::abs(d[2]) / height;
+  const double meets = d[2] != 0 ? -o[2] / d[2] : axis;
+  const double plane = std::clamp(meets, -far, far);
   // A neighbour of the ray is nearer to the plane by up to `rise`, and nearer to the axis.
   const double rise = reach * std::sqrt(std::max(1 - d[2] * d[2], 0.0));
   const double sideways = reach / shape_.radial.axis_ratio;
-  const double neighbours = across > 0 ? rise / std::abs(d[2]) : half_chord;
+  const double neighbours = d[2] != 0 ? rise / std::abs(d[2]) : 0.0;
+  const auto height_at = [&](double m) { return shape_.z0 * shape_.flare_at(std::min(m, 1.0)); };
+  const double across = std::abs(d[2]) / height_at(m_at(plane));
   if (shape_.radial.is_ring()) {
-    const double far = across > 0 ? seen_heights / across + neighbours : half_chord;
-    const double begin = plane - std::min(far, half_chord);
-    const double end = plane + std::min(far, half_chord);
+    const double within = across > 0 ? seen_heights / across + neighbours : far;
+    const double begin = std::max(plane - within, -far), end = std::min(plane + within, far);
     const double inside = m_at(std::clamp(axis, begin, end)) - sideways;
     const double outside = std::max(m_at(begin), m_at(end)) + sideways;
     return law_.bound(std::max(inside, 0.0), outside) / law_.peak();
   }
-  const double shift =
-      (across > 0 ? brightest_shift(std::sqrt(dd) / law_.length(), across) : 0.0) + neighbours;
-  const double place = plane + std::clamp(axis - plane, -shift, shift);
-  const double cosh = std::cosh(std::max(std::abs(o[2] + place * d[2]) - rise, 0.0) / height);
-  const double m = m_at(place);
-  return law_.bound(std::max(m - sideways, 0.0), m + sideways) / (law_.peak() * cosh * cosh);
+  const auto bound = [&](double t0, double t1) {
+    const double m = m_at(t1);
+    const double above = std::max(std::abs(o[2] + t0 * d[2]) - rise, 0.0);
+    const double cosh = std::cosh(above / height_at(m_at(t0) + sideways));
+    return law_.bound(std::max(m - sideways, 0.0), m + sideways) / (law_.peak() * cosh * cosh);
+  };
+  const double begin =
+      std::clamp(meets + std::clamp(axis - meets, -neighbours, neighbours), -far, far);
+  return largest_on_way(begin, axis, across > 0 ? 1 / across : far, bound);
 }
 
 ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
@@ -145,7 +151,7 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   }
   return {.envelope = scale,
           .texture = texture,
-          .brightness = std::min(brightness(nearest, direction, half_chord, reach), 1.0)};
+          .brightness = std::min(brightness(nearest, direction, reach), 1.0)};
 }
 
 /// A ray through a layer, in the coordinates of RadialLaw::stretch().

@@ -20,4 +20,18 @@ inline bool cut_slab(double o, double d, double limit, double& begin, double& en
   return begin < end;
 }
 
+/// The largest of bound(t0, t1) over pieces of a ray from t = `begin` next to a plane to t =
+/// `axis`. t0 is a piece's end next to the plane. Pieces end at 1, 2, 4 and 8 times `step`.
+template <class Bound>
+double largest_on_way(double begin, double axis, double step, const Bound& bound) {
+  const double way = std::abs(axis - begin), sign = axis < begin ? -1 : 1;
+  double largest = 0, from = 0;
+  for (const double steps : {1, 2, 4, 8}) {
+    const double to = std::min(steps * step, way);
+    largest = std::max(largest, bound(begin + sign * from, begin + sign * to));
+    from = to;
+  }
+  return std::max(largest, bound(begin + sign * from, axis));
+}
+
 }  // namespace gamer

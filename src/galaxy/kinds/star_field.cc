@@ -25,13 +25,13 @@ void check_spectrum(const ParameterSet& values, const std::string& context) {
 }  // namespace
 
 StarField::StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
-                     double number, std::uint64_t seed)
+                     double number, std::uint64_t seed, const StarField* twin)
     : Layer(shape, arms),
       population_(std::move(population)),
       number_(number),
       seed_(seed),
-      mean_sed_(population_.sed()),
-      envelope_integral_(Layer::envelope_integral()) {
+      mean_sed_(twin != nullptr ? twin->mean_sed_ : population_.sed()),
+      envelope_integral_(twin != nullptr ? twin->envelope_integral_ : Layer::envelope_integral()) {
   sed_ = mean_sed_;
 }
 
@@ -113,10 +113,12 @@ ComponentKind starfield_kind() {
       .noise = FractalParameters{.octaves = 4, .frequency_scale = 2, .inverse = true, .floor = 0.3},
       .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
         check_spectrum(input.values, input.context);
+        const StarField* const twin = input.twin != nullptr ? input.twin->star_field() : nullptr;
         return std::make_unique<StarField>(
             Layer::read_shape(input), input.arms,
-            StellarPopulation(input.values, input.context, input.resources),
-            input.values.number("number"), input.settings.seed);
+            twin != nullptr ? twin->population()
+                            : StellarPopulation(input.values, input.context, input.resources),
+            input.values.number("number"), input.settings.seed, twin);
       }};
 }
 

@@ -81,10 +81,9 @@ class Layer : public Component {
   bool cut(const BallRay& ray, const Accuracy& accuracy, Path& path) const;
   /// Nodes per length that the texture needs on a ray of this speed.
   double texture_rate(const BallRay& ray, double speed) const;
-  /// About the largest value of sech^2(z/z0) f along a ray, as a share of the peak of f. `nearest`
-  /// is the ray's point closest to the centre, and `half_chord` half of its length in the ball.
-  double brightness(const double nearest[3], const double direction[3], double half_chord,
-                    double reach) const;
+  /// About the largest value of sech^2(z/h) f along a ray and its neighbours within `reach`, as a
+  /// share of the peak of f. `nearest` is the ray's point closest to the centre.
+  double brightness(const double nearest[3], const double direction[3], double reach) const;
   /// Adds the places of a ring on a ray.
   void add_ring(const Path& path, RayPlan& out) const;
   bool follows_arms() const { return arms_.has_arms() && shape_.arm_width > 0; }

@@ -22,9 +22,11 @@ namespace gamer {
 /// and cells leave no trace.
 class StarField : public Layer {
  public:
+  /// `twin` is a star field with equal parameters, but for the seed, or null.
   StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
-            double number, std::uint64_t seed);
+            double number, std::uint64_t seed, const StarField* twin = nullptr);
 
+  double envelope_integral() const override { return envelope_integral_; }
   bool depends_on_seed() const override { return true; }
   const StarField* star_field() const override { return this; }
 
