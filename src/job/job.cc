@@ -138,17 +138,17 @@ void forget_columns(RenderParameters& parameters) {
 }
 
 /// The footprints of a job's image, and of the stamps on which galaxies are measured, by galaxy.
-/// Empty in a film.
+/// In a film they are all, since cameras of other frames may be nearer.
 std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
                                                              const RenderParameters& parameters,
                                                              const Camera& camera, bool is_draft) {
-  // Cameras of a film's other frames may be nearer.
-  if (parameters.animation.frames > 0) return {};
   const bool draws_stars = std::ranges::any_of(scene.galaxies, &PlacedGalaxy::draws_stars);
+  const bool is_film = parameters.animation.frames > 0;
   std::map<const Galaxy*, FootprintRange> by_galaxy;
   for (const PlacedGalaxy& placed : scene.galaxies) {
-    FootprintRange range = GalaxyLibrary::draft_footprints();
-    if (!is_draft) {
+    FootprintRange range;
+    if (is_draft && !is_film) range = GalaxyLibrary::draft_footprints();
+    if (!is_draft && !is_film) {
       range = Renderer::footprints(parameters, camera, scene.unit, placed);
       const ObservedLight light = observed_light(placed, parameters, camera, scene.unit, false);
       range.needs_light_means = light != ObservedLight::rays;

@@ -79,6 +79,7 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
     const double spacing = placed.has_fixed_flux ? accuracy.fixed_spacing(pixel) : 1;
     const double faint =
         placed.has_fixed_flux ? accuracy.fixed_flux_faint_brightness : accuracy.faint_brightness;
+    const double most_relief = placed.has_fixed_flux ? HUGE_VAL : accuracy.faint_spacing;
     const double finest = spacing * accuracy.ray_spacing * accuracy.widest_footprint;
     const double at_edges = spacing * accuracy.edge_spacing * accuracy.widest_footprint;
     const double ray_size = std::sqrt(spacing) * accuracy.ray_size;
@@ -101,7 +102,8 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
       // A cell of side h and brightness B has light B h^2. Its error is a constant share of it for
       // an unresolved texture, and a share ~ h^2 for a smooth envelope. For a given number of cells
       // the sum errs least with h ~ B^(-1/2) and h ~ B^(-1/4).
-      const double relief = std::max(1.0, std::sqrt(faint / scale.brightness));
+      const double relief =
+          std::min(std::max(1.0, std::sqrt(faint / scale.brightness)), most_relief);
       least.envelope = std::min(least.envelope, std::sqrt(relief) * scale.envelope);
       least.edge = std::min(least.edge, std::sqrt(relief) * scale.edge);
       texture_ray = std::min(texture_ray, relief * std::max(ray_size * scale.texture, finest));

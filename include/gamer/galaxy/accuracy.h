@@ -53,6 +53,8 @@ struct Accuracy {
   /// Brightness, as a share of a component's peak, below which rays are farther apart. The second
   /// one is that of galaxies of fixed flux. Controls the light of faint outskirts.
   double faint_brightness, fixed_flux_faint_brightness;
+  /// Largest factor on the distance of rays there, in galaxies whose flux is not fixed.
+  double faint_spacing;
   /// Distance of rays, in widest footprints, below which an edge needs no closer rays. Controls the
   /// light at the edges of bars.
   double edge_spacing;
@@ -122,6 +124,7 @@ struct Accuracy {
             .ray_spacing = 0.8 * std::pow(rough, 0.2),
             .faint_brightness = 0.25 * std::log10(rough),
             .fixed_flux_faint_brightness = 0.02 * std::min(t / 1e-3, 1.0) * std::pow(rough, 1.1),
+            .faint_spacing = std::pow(rough, 0.6),
             .edge_spacing = 0.8 * std::pow(rough, 0.2) * std::log10(rough),
             .fixed_flux_spacing = std::max(4 * std::pow(std::min(t / 1e-3, 1e-3 / t), 0.3), 1.0),
             .most_dimmed = std::min(0.003 * std::pow(t / 1e-3, 1.5), 1.0),

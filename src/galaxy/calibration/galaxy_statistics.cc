@@ -277,10 +277,7 @@ void GalaxyStatistics::measure_all() {
 
 double GalaxyStatistics::share(std::size_t c) const {
   // Galaxies with stars are seen from within, where a camera may see little but one component.
-  const bool has_stars = std::ranges::any_of(galaxy_.components(), [](const auto& component) {
-    return component->star_field() != nullptr;
-  });
-  if (component_at(c).absorbs() || light_ == 0 || has_stars) return 1;
+  if (component_at(c).absorbs() || light_ == 0 || footprints_.sees_whole) return 1;
   return galaxy_.luminosity(c) / light_;
 }
 
