@@ -435,7 +435,7 @@ TEST(GalaxyStatistics, TablesAreTheSameWhateverTheRangeOfFootprints) {
     }
     return result;
   };
-  EXPECT_EQ(whole({0.03, 0.03, true}), whole({}));
+  EXPECT_EQ(whole({0.03, 0.03, true}), whole({.sees_whole = true}));
 }
 
 TEST(GalaxyStatistics, EveryPartTellsOfATextureThatCannotBeNormalised) {

@@ -15,7 +15,9 @@ namespace gamer {
 struct FootprintRange {
   double narrowest = 0;
   double widest = HUGE_VAL;
-  bool sees_whole = false;  ///< whether something sees the whole texture, as drawn stars' light
+  /// Whether something sees the whole texture, as drawn stars' light. Means are then as exact as if
+  /// each component were all of the galaxy's light.
+  bool sees_whole = false;
   /// Whether the mean of Phi over components that emit is needed. It is not where all rays of the
   /// galaxy fix their light (PlacedGalaxy::light_factors).
   bool needs_light_means = true;
