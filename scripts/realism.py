@@ -69,7 +69,8 @@ def measured(name, folder, options):
     """The values of one galaxy by column."""
     image, wide, small = (folder / f"{name}{suffix}.fits" for suffix in ("", "_wide", "_small"))
     run(GAMER, "look", name, "--inclination", options.inclination, "--pa", 0, "-o", image, "--overwrite",
-        "-s", f"image.size={options.size}", "-s", "spectrum.wavelengths=[4300, 5750, 7400]")
+        "-s", f"image.size={options.size}", "-s", "spectrum.wavelengths=[4300, 5750, 7400]",
+        "-s", "sampling.stars_per_pixel=0")
     # 1.5 Petrosian radii may reach beyond the galaxy's ball, where there is no light.
     run(GUTIL, "pad", "--size", 2 * options.size, image, wide, "--overwrite")
     run(GUTIL, "bin", "--factor", options.bin, wide, small, "--overwrite")
