@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Measures shipped galaxies with gutil, as docs/morphology.md defines the numbers.
 
-    scripts/realism.py [--size 1024] [--bin 2] [--inclination 0] [--all] [GALAXY...]
+    scripts/realism.py [--size 1024] [--bin 2] [--inclination 0] [--stars] [--all] [GALAXY...]
 
 Each galaxy is rendered without noise, in three wavelengths, surrounded by empty sky and binned. The table on standard
 output is Markdown, with what galaxies of the type have in brackets: shapes and arms at 7400 Angstrom, colours as 4300
@@ -70,7 +70,7 @@ def measured(name, folder, options):
     image, wide, small = (folder / f"{name}{suffix}.fits" for suffix in ("", "_wide", "_small"))
     run(GAMER, "look", name, "--inclination", options.inclination, "--pa", 0, "-o", image, "--overwrite",
         "-s", f"image.size={options.size}", "-s", "spectrum.wavelengths=[4300, 5750, 7400]",
-        "-s", "sampling.stars_per_pixel=0")
+        "-s", f"sampling.stars_per_pixel={int(options.stars)}")
     # 1.5 Petrosian radii may reach beyond the galaxy's ball, where there is no light.
     run(GUTIL, "pad", "--size", 2 * options.size, image, wide, "--overwrite")
     run(GUTIL, "bin", "--factor", options.bin, wide, small, "--overwrite")
@@ -118,6 +118,7 @@ def main():
     parser.add_argument("--size", type=int, default=1024, help="pixels across the galaxy's ball")
     parser.add_argument("--bin", type=int, default=2, help="pixels that are joined")
     parser.add_argument("--inclination", type=float, default=0, help="deg")
+    parser.add_argument("--stars", action="store_true", help="stars are drawn, not smooth light")
     parser.add_argument("--all", action="store_true", help="all numbers, without those of the types")
     options = parser.parse_args()
     names = options.galaxy or sorted(path.stem for path in (ROOT / "galaxies").glob("*.toml"))

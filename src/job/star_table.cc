@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "core/message.h"
-#include "gamer/job/star_tone.h"
 #include "gamer/sed/photometry.h"
 #include "image/image_suffix.h"
 #include "image/memory.h"
@@ -217,6 +216,14 @@ void check_memory(std::int64_t stars, std::size_t values) {
       "table STARS of {} stars needs {} of memory, {} is available; a smaller "
       "sampling.stars_per_pixel or a region has fewer stars",
       stars, bytes_text(needed), bytes_text(available));
+}
+
+bool has_star_field(const Scene& scene) {
+  return std::ranges::any_of(scene.galaxies, [](const PlacedGalaxy& placed) {
+    return std::ranges::any_of(placed.galaxy->components(), [](const auto& component) {
+      return component->star_field() != nullptr;
+    });
+  });
 }
 
 }  // namespace

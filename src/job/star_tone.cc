@@ -29,14 +29,6 @@ std::vector<RowRange> sampled_columns(int width) {
 
 }  // namespace
 
-bool has_star_field(const Scene& scene) {
-  return std::ranges::any_of(scene.galaxies, [](const PlacedGalaxy& placed) {
-    return std::ranges::any_of(placed.galaxy->components(), [](const auto& component) {
-      return component->star_field() != nullptr;
-    });
-  });
-}
-
 bool measures_star_tone(const RenderParameters& parameters, const Scene& scene) {
   return parameters.draws_star_discs() && !parameters.stars.white_point &&
          scene.unit != PixelUnit::magnitude &&

@@ -4,9 +4,6 @@
 
 namespace gamer {
 
-/// Whether a galaxy of the scene has a star field.
-bool has_star_field(const Scene& scene);
-
 /// Whether the discs of a job's stars are as bright as the white of its picture, which is measured.
 bool measures_star_tone(const RenderParameters& parameters, const Scene& scene);
 

@@ -330,14 +330,13 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
     side = std::min(side, std::hypot(plane, shape_.peanut_width * shape_.half_length));
   return {.envelope = std::min(plane, side),
           .edge = fine,
-          .brightness = brightness(o, d, distance - reach, reach)};
+          .brightness = brightness(o, d, distance, reach)};
 }
 
 double Bar::brightness(const double o[3], const double d[3], double distance, double reach) const {
   const auto beyond = [](double far, double within) { return std::max(far - within, 0.0); };
-  // A neighbour of the ray is nearer to the plane by up to `rise`, and nearer to the axis.
   const double b = shape_.half_length * shape_.axis_ratio;
-  const double rise = reach * std::sqrt(std::max(1 - d[2] * d[2], 0.0));
+  const NeighbourBound near(o, d, distance, reach);
   const auto least = [](double from, double to) {
     return from * to < 0 ? 0.0 : std::min(std::abs(from), std::abs(to));
   };
@@ -353,20 +352,11 @@ double Bar::brightness(const double o[3], const double d[3], double distance, do
       const double across = beyond(least(v0, v1), reach / b) / ansa_width;
       value += shape_.ansae * std::exp(-0.5 * (along * along + across * across));
     }
-    const double cosh = std::cosh(beyond(std::abs(o[2] + t0 * d[2]), rise) / highest_);
+    const double cosh = std::cosh(beyond(std::abs(o[2] + t0 * d[2]), near.rise) / highest_);
     return value / (cosh * cosh);
   };
-  // Half of the longest chord of the ray and its neighbours in the ball.
-  const double far = distance > 0 ? std::sqrt(std::max(1 - distance * distance, 0.0)) : 1.0;
-  const double dd = d[0] * d[0] + d[1] * d[1];
-  const double to_axis = dd > least_divisor ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
-  const double axis = std::clamp(to_axis, -far, far);
-  const double meets = d[2] != 0 ? -o[2] / d[2] : axis;
-  const double neighbours = d[2] != 0 ? rise / std::abs(d[2]) : 0.0;
-  const double begin =
-      std::clamp(meets + std::clamp(axis - meets, -neighbours, neighbours), -far, far);
-  const double step = d[2] != 0 ? highest_ / std::abs(d[2]) : far;
-  return std::min(largest_on_way(begin, axis, step, bound), 1.0);
+  const double step = d[2] != 0 ? highest_ / std::abs(d[2]) : near.far;
+  return std::min(near.largest(step, bound), 1.0);
 }
 
 namespace {

@@ -48,7 +48,7 @@ class Bar : public Component {
   double body(double m) const;
   double height(double u) const;
   /// About the largest value of the envelope along a ray and its neighbours within `reach`, as a
-  /// share of its peak. The ray is in coordinates (u, v, z). The nearest neighbour passes the
+  /// share of its peak. The ray is in coordinates (u, v, z). It passes the
   /// centre at `distance`.
   double brightness(const double o[3], const double d[3], double distance, double reach) const;
   /// Integral of the envelope along z at a place in the plane, over S.

@@ -88,37 +88,26 @@ double Layer::brightness(const double nearest[3], const double direction[3], dou
   law_.stretch(nearest, o);
   law_.stretch(direction, d);
   const auto m_at = [&](double t) { return std::hypot(o[0] + t * d[0], o[1] + t * d[1]); };
-  const double dd = d[0] * d[0] + d[1] * d[1];
-  // Half of the longest chord of the ray and its neighbours in the ball.
-  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]) - reach;
-  const double far = distance > 0 ? std::sqrt(std::max(1 - distance * distance, 0.0)) : 1.0;
-  const double to_axis = dd > least_divisor ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
-  const double axis = std::clamp(to_axis, -far, far);
-  // A ray along the plane has its brightest place next to the axis.
-  const double meets = d[2] != 0 ? -o[2] / d[2] : axis;
-  const double plane = std::clamp(meets, -far, far);
-  // A neighbour of the ray is nearer to the plane by up to `rise`, and nearer to the axis.
-  const double rise = reach * std::sqrt(std::max(1 - d[2] * d[2], 0.0));
+  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
+  const NeighbourBound near(o, d, distance, reach);
+  const double far = near.far, plane = std::clamp(near.plane, -far, far);
   const double sideways = reach / shape_.radial.axis_ratio;
-  const double neighbours = d[2] != 0 ? rise / std::abs(d[2]) : 0.0;
   const auto height_at = [&](double m) { return shape_.z0 * shape_.flare_at(std::min(m, 1.0)); };
   const double across = std::abs(d[2]) / height_at(m_at(plane));
   if (shape_.radial.is_ring()) {
-    const double within = across > 0 ? seen_heights / across + neighbours : far;
+    const double within = across > 0 ? seen_heights / across + near.neighbours : far;
     const double begin = std::max(plane - within, -far), end = std::min(plane + within, far);
-    const double inside = m_at(std::clamp(axis, begin, end)) - sideways;
+    const double inside = m_at(std::clamp(near.axis, begin, end)) - sideways;
     const double outside = std::max(m_at(begin), m_at(end)) + sideways;
     return law_.bound(std::max(inside, 0.0), outside) / law_.peak();
   }
   const auto bound = [&](double t0, double t1) {
     const double m = m_at(t1);
-    const double above = std::max(std::abs(o[2] + t0 * d[2]) - rise, 0.0);
+    const double above = std::max(std::abs(o[2] + t0 * d[2]) - near.rise, 0.0);
     const double cosh = std::cosh(above / height_at(m_at(t0) + sideways));
     return law_.bound(std::max(m - sideways, 0.0), m + sideways) / (law_.peak() * cosh * cosh);
   };
-  const double begin =
-      std::clamp(meets + std::clamp(axis - meets, -neighbours, neighbours), -far, far);
-  return largest_on_way(begin, axis, across > 0 ? 1 / across : far, bound);
+  return near.largest(across > 0 ? 1 / across : far, bound);
 }
 
 ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],

@@ -20,18 +20,46 @@ inline bool cut_slab(double o, double d, double limit, double& begin, double& en
   return begin < end;
 }
 
-/// The largest of bound(t0, t1) over pieces of a ray from t = `begin` next to a plane to t =
-/// `axis`. t0 is a piece's end next to the plane. Pieces end at 1, 2, 4 and 8 times `step`.
-template <class Bound>
-double largest_on_way(double begin, double axis, double step, const Bound& bound) {
-  const double way = std::abs(axis - begin), sign = axis < begin ? -1 : 1;
-  double largest = 0, from = 0;
-  for (const double steps : {1, 2, 4, 8}) {
-    const double to = std::min(steps * step, way);
-    largest = std::max(largest, bound(begin + sign * from, begin + sign * to));
-    from = to;
+/// A ray and its neighbours within `reach`, for bounds of an envelope that falls with the distance
+/// from a plane and from an axis. The plane is z = 0, and the axis is that of z.
+class NeighbourBound {
+ public:
+  /// The ray is o + t d. It passes the ball's centre at `distance`, where t = 0. Lengths along z
+  /// have the unit of `distance` and `reach`; x and y may have other units.
+  NeighbourBound(const double o[3], const double d[3], double distance, double reach) {
+    // Half of the longest chord in the ball.
+    const double nearest = distance - reach;
+    far = nearest > 0 ? std::sqrt(std::max(1 - nearest * nearest, 0.0)) : 1.0;
+    const double dd = d[0] * d[0] + d[1] * d[1];
+    const double to_axis = dd > least_divisor ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
+    axis = std::clamp(to_axis, -far, far);
+    // A ray along the plane has its brightest place next to the axis.
+    plane = d[2] != 0 ? -o[2] / d[2] : axis;
+    rise = reach * std::sqrt(std::max(1 - d[2] * d[2], 0.0));
+    neighbours = d[2] != 0 ? rise / std::abs(d[2]) : 0.0;
   }
-  return std::max(largest, bound(begin + sign * from, axis));
-}
+
+  /// The largest of bound(t0, t1) over pieces of the way from where a neighbour meets the plane to
+  /// the axis. t0 is a piece's end next to the plane. Pieces end at 1, 2, 4 and 8 times `step`.
+  template <class Bound>
+  double largest(double step, const Bound& bound) const {
+    const double begin =
+        std::clamp(plane + std::clamp(axis - plane, -neighbours, neighbours), -far, far);
+    const double way = std::abs(axis - begin), sign = axis < begin ? -1 : 1;
+    double result = 0, from = 0;
+    for (const double steps : {1, 2, 4, 8}) {
+      const double to = std::min(steps * step, way);
+      result = std::max(result, bound(begin + sign * from, begin + sign * to));
+      from = to;
+    }
+    return std::max(result, bound(begin + sign * from, axis));
+  }
+
+  double far;         ///< largest |t| in the ball
+  double axis;        ///< t next to the axis, in the ball
+  double plane;       ///< t in the plane
+  double rise;        ///< by so much a neighbour is nearer to the plane
+  double neighbours;  ///< by so much a neighbour's t in the plane differs
+};
 
 }  // namespace gamer
