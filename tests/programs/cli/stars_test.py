@@ -206,6 +206,11 @@ class Table(unittest.TestCase):
             "no star field": case("no galaxy of the scene has a component of class starfield",
                                   galaxy=SMOOTH),
             "smooth light": case("draws no star", "sampling.stars_per_pixel=0"),
+            "a small galaxy": (
+                {"render.par": view("out.fits", stars={"table": True}), "field.toml": STAR_FIELD,
+                 "scene.lst": "galaxy dx dy size_arcsec redshift apparent_magnitude\n"
+                              "field 0 0 2 0.1 17\n"},
+                ("render.par", "scene.lst"), "render.par:", "give sampling.stars_per_pixel"),
         })
 
 
