@@ -1,3 +1,5 @@
+#include "parallel/rank_group.h"
+
 #ifdef GAMER_HAVE_MPI
 
 #include "parallel/mpi/mpi_group.h"
