@@ -45,10 +45,15 @@ def read_report(text):
     return {"ranks": ranks, "per_pixel": dict(zip(PER_PIXEL, numbers[0]))}
 
 
+def environment():
+    """The environment of this process, with the shipped data and without the cache."""
+    return {"GAMER_DATA": str(SOURCE), "GAMER_CACHE": "off", **os.environ}
+
+
 def run_once(command):
     before = os.times()
     start = time.perf_counter()
-    result = subprocess.run(command, capture_output=True, text=True, env={"GAMER_DATA": str(SOURCE), "GAMER_CACHE": "off", **os.environ})
+    result = subprocess.run(command, capture_output=True, text=True, env=environment())
     wall = time.perf_counter() - start
     after = os.times()
     if result.returncode != 0:

@@ -129,7 +129,7 @@ WHAT = (("the drawing of the picture alone", "drawing", 30), ("the same with oth
         ("a slider of the stretch, from picture to picture", "stretch", 5),
         ("a slider of a share, from picture to picture", "share", 5), ("orbit, to the first frame", "orbit", 8),
         ("orbit, from frame to frame", "drag", 3), ("a noise parameter of the arms", "parameter", 8),
-        (f"{SIDE} x {SIDE} at tolerance {TOLERANCE:g}, by way of the coarse levels", "whole", 3))
+        (f"{SIDE} x {SIDE} at tolerance {TOLERANCE:g}, by way of a coarse level", "whole", 3))
 
 
 def call(page, function, *arguments):

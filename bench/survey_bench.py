@@ -43,7 +43,7 @@ import tomllib
 import numpy as np
 from astropy.io import fits
 
-from jobs import SOURCE, read_report
+from jobs import SOURCE, environment, read_report
 
 PARAMETERS = SOURCE / "scenes" / "survey_field.par"
 SCENE = SOURCE / "scenes" / "survey_field.lst"
@@ -106,7 +106,7 @@ class Program:
                    "--journal", "inf", *more]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         result = subprocess.run([str(word) for word in command], capture_output=True, text=True,
-                                env={"GAMER_DATA": str(SOURCE), "GAMER_CACHE": "off", **os.environ})
+                                env=environment())
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         if result.returncode != 0:
             sys.exit(f"{' '.join(map(str, command))}:\n{result.stderr}")

@@ -70,7 +70,8 @@ export class Draft extends EventTarget {
 
   /// Asks for the draft when the server has nothing else to do.
   afterFrame() {
-    if (this.isShown && (this.preview.isFinal || this.picture.frame.header.width >= trueSide)) this.isShown = false;
+    const {width, isPartial} = this.picture.frame.header;
+    if (this.isShown && (this.preview.isFinal || (!isPartial && width >= trueSide))) this.isShown = false;
     if (!this.preview.isFinal || !this.isPossible || this.asked || !isFlat(this.ui.camera)) return;
     if (this.isPresent(this.key) || this.isPresent(this.refused)) return;
     const key = this.present();

@@ -106,6 +106,16 @@ class Converter {
     }
   }
 
+  std::optional<PixelPosition> tangent_point() const {
+    constexpr double pole_latitude = 90;
+    const bool is_distorted = wcs_->lin.dispre != nullptr || wcs_->lin.disseq != nullptr;
+    if (is_distorted || std::string_view(wcs_->cel.prj.code) != "TAN" ||
+        wcs_->cel.theta0 != pole_latitude) {
+      return std::nullopt;
+    }
+    return PixelPosition{wcs_->crpix[0], wcs_->crpix[1]};
+  }
+
   /// Converts pixels independently of each other; positions without sky are NaN.
   void to_sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) {
     // WCSLIB 7.12 converts rows of equal x or y differently from their single points.
@@ -534,6 +544,11 @@ void CelestialWcs::sky(std::span<const PixelPosition> pixels, std::span<SkyPosit
     throw std::invalid_argument("sky positions: arrays of different length");
   }
   impl_->with_converter([&](Converter& converter) { converter.to_sky(pixels, out); });
+}
+
+std::optional<PixelPosition> CelestialWcs::tangent_point() const {
+  return impl_->with_converter(
+      [](const Converter& converter) { return converter.tangent_point(); });
 }
 
 void CelestialWcs::check_distortion(int width, int height) const {

@@ -159,10 +159,10 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
 void choose_drawn_stars(const RenderParameters& parameters, const Camera& camera, Scene& scene) {
   const auto is_field = [](const auto& component) { return component->star_field() != nullptr; };
   for (PlacedGalaxy& placed : scene.galaxies) {
-    placed.draws_stars =
-        parameters.sampling.draws_stars() &&
-        std::ranges::any_of(placed.galaxy->components(), is_field) &&
-        (scene.unit == PixelUnit::relative || !can_be_layer(placed, parameters, camera));
+    const bool is_smooth = !parameters.sampling.stars_per_pixel &&
+                           scene.unit != PixelUnit::relative && is_small(placed, camera);
+    placed.draws_stars = parameters.sampling.draws_stars() && !is_smooth &&
+                         std::ranges::any_of(placed.galaxy->components(), is_field);
   }
 }
 

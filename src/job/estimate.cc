@@ -98,6 +98,23 @@ TimedSamples sample_in_time(const Renderer& renderer, double most_seconds) {
   }
 }
 
+/// Seconds in which the stars of star fields are drawn.
+double star_seconds(const Renderer& renderer, double most_seconds) {
+  const int all = renderer.field_tiles();
+  const int count = std::min(all, static_cast<int>(most_tiles));
+  const double begin = thread_seconds();
+  double seconds = 0;
+  int done = 0;
+  for (; done < count && seconds < most_seconds; ++done) {
+    // After any number of tiles they are evenly spread.
+    const double share = std::fmod((done + 0.5) * std::numbers::phi, 1.0);
+    RenderCounts counts;
+    renderer.count_field_stars(count == all ? done : static_cast<int>(share * all), counts);
+    seconds = thread_seconds() - begin;
+  }
+  return done > 0 ? seconds / done * all : 0;
+}
+
 double truth_seconds(const RenderJob& job, double most_seconds) {
   const std::vector<PlacedGalaxy>& galaxies = job.scene->galaxies;
   const std::size_t count = std::min(galaxies.size(), most_measured);
@@ -158,7 +175,8 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
       workers == 1
           ? render_blocks(renderer, alone)
           : cost_blocks(costs, workers, most_block_rows(renderer.width(), renderer.planes()));
-  for (double& cost : costs) cost *= unit;
+  const double stars = star_seconds(renderer, most_seconds) / static_cast<double>(costs.size());
+  for (double& cost : costs) cost = unit * cost + stars;
   clear_rows(done.rows, costs);
   estimate.rendering = std::accumulate(costs.begin(), costs.end(), 0.0);
   const double values = static_cast<double>(renderer.width()) * renderer.height() *

@@ -298,18 +298,22 @@ std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& cam
   return flux;
 }
 
+bool is_small(const PlacedGalaxy& galaxy, const Camera& camera) {
+  return camera.projection() == Projection::sky && camera.pixel(galaxy.centre) &&
+         half_window(galaxy, camera) < largest_window;
+}
+
 bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera) {
-  if (camera.projection() != Projection::sky || parameters.camera.supersample) return false;
+  if (parameters.camera.supersample || !is_small(galaxy, camera)) return false;
   // Stars that the file wants drawn one by one are not light of rays.
   const auto has_stars = [](const auto& component) { return component->star_field() != nullptr; };
   if (parameters.sampling.stars_per_pixel.value_or(0) > 0 &&
       std::ranges::any_of(galaxy.galaxy->components(), has_stars)) {
     return false;
   }
-  const std::optional<glm::dvec2> centre = camera.pixel(galaxy.centre);
-  if (!centre || !(half_window(galaxy, camera) < largest_window)) return false;
-  const auto sides = sides_of_pixel(camera, *centre);
+  const glm::dvec2 centre = *camera.pixel(galaxy.centre);
+  const auto sides = sides_of_pixel(camera, centre);
   if (!sides) return false;
   const auto& [x, y] = *sides;
   if (std::abs(glm::dot(x, y)) > largest_skew * glm::length(x) * glm::length(y)) return false;
@@ -320,7 +324,7 @@ bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters
       parameters.spectrum.wavelengths.size() + parameters.spectrum.bands.size();
   const double numbers = 2.0 * static_cast<double>(planes) * static_cast<double>(emitters + 1);
   if (numbers * window.width * window.height > most_window_numbers) return false;
-  const double area = camera.solid_angle(centre->x, centre->y);
+  const double area = camera.solid_angle(centre.x, centre.y);
   const auto is_alike = [&](int column, int row) {
     return std::abs(camera.solid_angle(column, row) - area) <= largest_change * area;
   };

@@ -313,10 +313,39 @@ void Renderer::add_star(const PlacedStar& star, RowRange rows, LightSums& sums) 
             });
 }
 
+int Renderer::field_tile() const { return draws_discs_ ? wide_star_tile : star_tile; }
+
+StarPainter::Reach Renderer::reach_of(const StarPainter::Tile& tile) const {
+  StarPainter::Reach reach = star_reach_;
+  reach.least_area = least_area(camera_, tile, reach.classes.back().margin);
+  return reach;
+}
+
+int Renderer::field_tiles() const {
+  if (star_fields_->empty()) return 0;
+  const int step = field_tile();
+  return ((width() + step - 1) / step) * ((height() + step - 1) / step);
+}
+
+void Renderer::count_field_stars(int number, RenderCounts& counts) const {
+  const ImageRegion& window = camera_.window();
+  const int step = field_tile(), columns = (width() + step - 1) / step;
+  const int left = window.left + number % columns * step;
+  const int bottom = window.bottom + number / columns * step;
+  const StarPainter::Tile tile{left, std::min(left + step, window.right()), bottom,
+                               std::min(bottom + step, window.top())};
+  painter_.paint(
+      tile, reach_of(tile),
+      [&](const StarPainter::Seen& star) {
+        share_out(star.pixel, star.flux, 1, [](int, int, std::span<const double>) {});
+      },
+      counts);
+}
+
 void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const {
   if (star_fields_->empty()) return;
   const ImageRegion& window = camera_.window();
-  const int step = draws_discs_ ? wide_star_tile : star_tile;
+  const int step = field_tile();
   std::vector<double> seen(layout_.spectral()), dust_free(layout_.spectral());
   const auto paint = [&](const StarPainter::Tile& tile) {
     const auto take = [&](const StarPainter::Seen& star) {
@@ -333,9 +362,7 @@ void Renderer::add_field_stars(RowRange rows, LightSums& sums, RenderCounts& cou
                  {object, star.emitter}, seen, dust_free);
       });
     };
-    StarPainter::Reach reach = star_reach_;
-    reach.least_area = least_area(camera_, tile, reach.classes.back().margin);
-    painter_.paint(tile, reach, take, counts);
+    painter_.paint(tile, reach_of(tile), take, counts);
   };
   for (int bottom = rows.first; bottom < rows.last; bottom += step) {
     for (int left = window.left; left < window.right(); left += step) {

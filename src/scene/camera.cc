@@ -11,6 +11,7 @@
 #include "core/text.h"
 #include "gamer/image/data_table.h"
 #include "gamer/image/wcs_affine.h"
+#include "scene/tangent_plane.h"
 
 namespace gamer {
 namespace {
@@ -145,7 +146,7 @@ Camera::Camera(const RenderParameters& parameters)
       throw InputError(parameters.camera.header_where, "the header of this sky view is not read");
     }
     wcs_ = wcs_of(parameters);
-    set_sky_pixel();
+    set_sky();
     return;
   }
   back_ = glm::normalize(parameters.camera.position - parameters.camera.target);
@@ -165,7 +166,7 @@ Camera::Camera(const RenderParameters& parameters, const CelestialWcs& wcs)
       unit_(parameters.scene.unit),
       wcs_(wcs) {
   wcs.check_distortion(width_, height_);
-  set_sky_pixel();
+  set_sky();
 }
 
 Camera Camera::with_window(const ImageRegion& window) const {
@@ -174,7 +175,10 @@ Camera Camera::with_window(const ImageRegion& window) const {
   return result;
 }
 
-void Camera::set_sky_pixel() {
+void Camera::set_sky() {
+  if (const std::optional<TangentPlane> plane = TangentPlane::of(*wcs_)) {
+    plane_ = std::make_shared<const TangentPlane>(*plane);
+  }
   position_ = {0, 0, 0};
   // Sizes of pixels spread over the image, and the first pixel that shows sky.
   constexpr int places = 8;
@@ -209,6 +213,7 @@ void Camera::set_sky_pixel() {
 }
 
 std::optional<Ray> Camera::ray(double x, double y) const {
+  if (plane_) return Ray{position_, plane_->direction(x, y)};
   if (wcs_) {
     const std::optional<SkyPosition> sky = wcs_->sky({x + 1, y + 1});
     if (!sky) return std::nullopt;
@@ -226,7 +231,7 @@ std::optional<Ray> Camera::ray(double x, double y) const {
 }
 
 void Camera::rays(std::span<const glm::dvec2> places, std::span<std::optional<Ray>> out) const {
-  if (!wcs_) {
+  if (!wcs_ || plane_) {
     for (std::size_t i = 0; i < places.size(); ++i) out[i] = ray(places[i].x, places[i].y);
     return;
   }
@@ -241,7 +246,13 @@ void Camera::rays(std::span<const glm::dvec2> places, std::span<std::optional<Ra
   }
 }
 
+bool Camera::is_flat() const {
+  return plane_ || projection_ == Projection::perspective ||
+         projection_ == Projection::orthographic;
+}
+
 Camera::HalfSpace Camera::beyond(int axis, double place) const {
+  if (plane_) return {plane_->inward(axis, place), 0};
   const glm::dvec3& across = axis == 0 ? right_ : up_;
   const double offset = pixel_ * (place - middle_pixel(axis == 0 ? width_ : height_));
   if (projection_ == Projection::orthographic) return {across, offset};
@@ -249,6 +260,7 @@ Camera::HalfSpace Camera::beyond(int axis, double place) const {
 }
 
 std::optional<glm::dvec2> Camera::pixel(const glm::dvec3& point) const {
+  if (plane_) return plane_->pixel(point);
   if (wcs_) {
     const std::optional<PixelPosition> pixel = wcs_->pixel(sky_of(point));
     if (!pixel) return std::nullopt;

@@ -31,7 +31,7 @@ BoundTable sampling_keys(SamplingSettings& p) {
           {p.stars_per_pixel, "stars_per_pixel", "", Interval::closed(0, most_stars_per_pixel),
            "expected number of individual stars of a star field in the pixel "
            "with the most; other stars are smooth light; by default 1, and 0 for "
-           "layers: most galaxies of up to 256 pixels across in calibrated sky views"}};
+           "galaxies of up to 256 pixels across in calibrated sky views"}};
 }
 
 }  // namespace

@@ -372,12 +372,12 @@ TEST(Layers, DimWhatIsBehindThem) {
 }
 
 // A small galaxy's stars are smooth light, and it is a layer, unless the file asks for stars.
-TEST(Layers, DrawNoStarsUnlessAsked) {
-  const auto made = [](const std::string& sampling) {
+TEST(SmallGalaxies, DrawNoStarsUnlessAsked) {
+  const auto made = [](const std::string& sampling, const std::string& grid = "") {
     return make(
         "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
         "m51 10 20 0.1 4 30 22 7\n",
-        sky(60, 0.2, "[sampling]\ntolerance = 0.05\n" + sampling));
+        grid_sky(60, 0.2, grid, "[sampling]\ntolerance = 0.05\n" + sampling));
   };
   const auto sum = [](const RenderJob& job) {
     ThreadExecutor executor(2);
@@ -387,6 +387,9 @@ TEST(Layers, DrawNoStarsUnlessAsked) {
   EXPECT_FALSE(smooth.scene->galaxies.front().draws_stars);
   EXPECT_TRUE(smooth.scene->galaxies.front().is_layer);
   EXPECT_EQ(sum(smooth), sum(none));
+  const RenderJob no_layer = made("", "supersample = 2\n");
+  EXPECT_FALSE(no_layer.scene->galaxies.front().draws_stars);
+  EXPECT_FALSE(no_layer.scene->galaxies.front().is_layer);
   const RenderJob drawn = made("stars_per_pixel = 1\n");
   EXPECT_TRUE(drawn.scene->galaxies.front().draws_stars);
   EXPECT_FALSE(drawn.scene->galaxies.front().is_layer);

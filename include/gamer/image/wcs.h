@@ -57,6 +57,10 @@ class CelestialWcs {
   /// Converts many pixels at a time; positions without sky are NaN.
   void sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) const;
 
+  /// The reference pixel of a gnomonic projection (TAN) without distortion, where the plane of the
+  /// image touches the celestial sphere; nothing for other projections.
+  std::optional<PixelPosition> tangent_point() const;
+
   /// Throws InputError where the header's distortion folds or absurdly stretches an image of this
   /// size, or has no inverse there.
   void check_distortion(int width, int height) const;

@@ -22,7 +22,8 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
                              const Camera& camera, PixelUnit unit, bool is_draft);
 
 /// Decides whose stars may be drawn one by one (PlacedGalaxy::draws_stars): by default those of
-/// galaxies that are no layers, in drafts too. `parameters` and `camera` are those of the image.
+/// galaxies that are not small (is_small()) or whose image is not calibrated. `parameters` and
+/// `camera` are those of the image.
 void choose_drawn_stars(const RenderParameters& parameters, const Camera& camera, Scene& scene);
 
 /// Decides which galaxies of a job are layers: those that can be, whatever else the scene holds.

@@ -37,10 +37,12 @@ struct GalaxyMeasure {
 std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& camera,
                                    const Spectrum& spectrum, bool bulge_only = false);
 
-/// Whether a galaxy can be a layer of the image, and be measured with its rays there. It is whole
-/// in a sky view without a grid of rays, and not larger than 256 pixels, which are rectangles of
-/// equal area. Its light takes at most 128 MiB while it is measured. None of its stars is drawn by
-/// itself.
+/// Whether a galaxy of a sky view has at most 256 pixels across.
+bool is_small(const PlacedGalaxy& galaxy, const Camera& camera);
+
+/// Whether a galaxy can be a layer of the image, and be measured with its rays there. It is small,
+/// in a view without a grid of rays, and its pixels are rectangles of equal area. Its light takes
+/// at most 128 MiB while it is measured. None of its stars is drawn by itself.
 bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera);
 

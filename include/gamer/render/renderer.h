@@ -55,6 +55,10 @@ class Renderer {
   static constexpr int tile_rows = 16;
   /// Renders the pixels [left, right) x [bottom, top) and adds the work to `counts`.
   void count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const;
+  /// Number of tiles of the image in which the stars of star fields are drawn together.
+  int field_tiles() const;
+  /// Draws the stars of one of these tiles, without keeping them, and adds the work to `counts`.
+  void count_field_stars(int number, RenderCounts& counts) const;
 
   /// Calls the function for every ray of the camera's window. Arguments are the
   /// ray's pixel coordinates (from 0), its area (pixels), and its light in each output that is an
@@ -165,7 +169,12 @@ class Renderer {
                  LightSums& sums) const;
   /// Adds the scene's own stars to rows of the whole image, and returns whether there were any.
   bool add_stars(RowRange rows, LightSums& sums) const;
+  /// Adds the stars of star fields to rows of the whole image.
   void add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const;
+  /// Side of the tiles in which these are drawn, pixels.
+  int field_tile() const;
+  /// How far the stars next to a tile reach.
+  StarPainter::Reach reach_of(const StarPainter::Tile& tile) const;
   /// The light of a star in each plane, in units of white in its pixel; empty where all stars are
   /// points.
   std::vector<double> times_white(const glm::dvec2& pixel, std::span<const double> flux,

@@ -17,6 +17,8 @@
 
 namespace gamer {
 
+class TangentPlane;
+
 /// A ray: origin + t direction, t >= 0 in scene units, direction of length 1.
 struct Ray {
   glm::dvec3 origin;
@@ -49,8 +51,11 @@ class Camera {
     glm::dvec3 normal;
     double offset;
   };
-  /// Points that a perspective or orthographic view shows right of x (axis 0) or above y (axis 1).
-  /// Points behind a perspective camera belong to it where they project to the left or below.
+  /// Whether the image is a grid on a plane: perspective and orthographic views, and sky views with
+  /// projection TAN.
+  bool is_flat() const;
+  /// Points that a flat image shows right of x (axis 0) or above y (axis 1). Points behind the
+  /// camera belong to it where they project to the left or below.
   HalfSpace beyond(int axis, double place) const;
 
   /// Nothing where a pixel shows no sky.
@@ -118,7 +123,8 @@ class Camera {
   LinearAxis y_axis() const;
 
  private:
-  void set_sky_pixel();
+  /// Sets what follows from wcs_.
+  void set_sky();
 
   int width_, height_;
   ImageRegion window_;
@@ -128,6 +134,7 @@ class Camera {
   glm::dvec3 position_, right_, up_, back_;
   std::string unit_;
   std::optional<CelestialWcs> wcs_;
+  std::shared_ptr<const TangentPlane> plane_;       ///< null but in sky views with projection TAN
   std::shared_ptr<const SphereProjection> sphere_;  ///< null but in views of the sphere
 };
 

@@ -282,9 +282,9 @@ void Bar::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const
     out.focuses.push_back({axis, width, nodes_per_width / width});
   }
   // Lobes of the height and ansae on rays along the bar.
-  const auto add_pair = [&](double u, double length, double width) {
+  const auto add_pair = [&](double u, double along_bar, double width) {
     if (std::abs(d[0]) < least_divisor) return;
-    const double rate = std::hypot(d[0] / length, width > 0 ? d[1] / width : 0.0);
+    const double rate = length(d[0] / along_bar, width > 0 ? d[1] / width : 0.0);
     for (const double side : {-u, u}) {
       const double place = (side - o[0]) / d[0];
       if (place > begin && place < end) out.focuses.push_back({place, layer_width / rate, rate});
@@ -300,14 +300,14 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
   turn(nearest, o);
   turn(direction, d);
   const double b = shape_.half_length * shape_.axis_ratio;
-  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
+  const double distance = length(nearest[0], nearest[1], nearest[2]);
   const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
   const double above = std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
   if (above - reach > seen_heights * highest_) return {};
   // The distance in units of a and b where the ray is next to the axis; m is above 0.84 times it.
   const double dd = d[0] * d[0] + d[1] * d[1];
   const double axis = dd > 0 ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
-  const double closest = std::hypot(o[0] + axis * d[0], o[1] + axis * d[1]);
+  const double closest = length(o[0] + axis * d[0], o[1] + axis * d[1]);
   const double end = std::max(1 + seen_cuts * shape_.cut, shape_.ansae > 0 ? seen_ansae : 0.0);
   if (least_metric * closest - reach / b > end) return {};
   // The metric where the ray meets the plane, or else there.
@@ -325,9 +325,9 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
   const double plane = column_lengths * b / std::max(shape_.decline, 1.0);
   const double cosine = std::abs(direction[2]);
   const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
-  double side = std::hypot(plane * cosine, column_lengths * shape_.z0 * sine);
+  double side = length(plane * cosine, column_lengths * shape_.z0 * sine);
   if (shape_.peanut > 0)
-    side = std::min(side, std::hypot(plane, shape_.peanut_width * shape_.half_length));
+    side = std::min(side, length(plane, shape_.peanut_width * shape_.half_length));
   return {.envelope = std::min(plane, side),
           .edge = fine,
           .brightness = brightness(o, d, distance, reach)};

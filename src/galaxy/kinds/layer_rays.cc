@@ -61,9 +61,9 @@ double brightest_shift(double along, double across) { return 0.5 * along / (acro
 double plane_radius(const double nearest[3], const double direction[3]) {
   const double along = nearest[2] / direction[2];
   const double x = nearest[0] - along * direction[0], y = nearest[1] - along * direction[1];
-  if (const double r = std::hypot(x, y); r < 1) return r;
+  if (const double r = length(x, y); r < 1) return r;
   return std::abs(nearest[0] * direction[1] - nearest[1] * direction[0]) /
-         std::hypot(direction[0], direction[1]);
+         length(direction[0], direction[1]);
 }
 
 }  // namespace
@@ -72,7 +72,7 @@ double Layer::texture_frequency() const {
   if (texture() == nullptr) return 0;
   const double frequency = texture()->frequency();
   const double twirl = texture()->twirl();
-  return twirl != 0 ? frequency * std::hypot(1.0, twirl * steepest_winding_) : frequency;
+  return twirl != 0 ? frequency * length(1.0, twirl * steepest_winding_) : frequency;
 }
 
 bool Layer::hides_texture(double footprint) const {
@@ -87,8 +87,8 @@ double Layer::brightness(const double nearest[3], const double direction[3], dou
   double o[3], d[3];
   law_.stretch(nearest, o);
   law_.stretch(direction, d);
-  const auto m_at = [&](double t) { return std::hypot(o[0] + t * d[0], o[1] + t * d[1]); };
-  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
+  const auto m_at = [&](double t) { return length(o[0] + t * d[0], o[1] + t * d[1]); };
+  const double distance = length(nearest[0], nearest[1], nearest[2]);
   const NeighbourBound near(o, d, distance, reach);
   const double far = near.far, plane = std::clamp(near.plane, -far, far);
   const double sideways = reach / shape_.radial.axis_ratio;
@@ -112,7 +112,7 @@ double Layer::brightness(const double nearest[3], const double direction[3], dou
 
 ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
                                 double reach) const {
-  const double distance = std::hypot(nearest[0], nearest[1], nearest[2]);
+  const double distance = length(nearest[0], nearest[1], nearest[2]);
   if (distance - reach > std::max(law_.limit(-seen_lengths), seen_lengths * shape_.z0)) return {};
   const double largest_flare = shape_.flare_at(std::min(law_.limit(-seen_lengths), 1.0));
   // The ray's least height above the plane, within the ball.
@@ -122,21 +122,20 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   const double cosine = std::abs(direction[2]);
   const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
   const double shortest = law_.length() * shape_.radial.axis_ratio;
-  double scale =
-      column_lengths * std::min(shortest, std::hypot(shortest * cosine, shape_.z0 * sine));
+  double scale = column_lengths * std::min(shortest, length(shortest * cosine, shape_.z0 * sine));
   if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
-    scale = std::min(
-        scale, std::hypot(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
+    scale = std::min(scale,
+                     length(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
   }
   const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
-  if (!shape_.radial.is_ring()) scale = std::min(scale, std::hypot(r, cusp_lengths * shortest));
+  if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * shortest));
   // Arms extend over many rays, whose errors average out like those of a texture.
   const double frequency = texture_frequency();
   double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
   if (follows_arms()) {
     const double fall = follows_courses() ? profile().width : std::numbers::pi / shape_.arm_width;
-    const double length = r > 0 ? arm_lengths * fall * r / std::hypot(1.0, arms_.shear(r)) : 0.0;
-    texture = std::min(texture, std::max(length, finest_arm));
+    const double period = r > 0 ? arm_lengths * fall * r / length(1.0, arms_.shear(r)) : 0.0;
+    texture = std::min(texture, std::max(period, finest_arm));
   }
   return {.envelope = scale,
           .texture = texture,
@@ -204,8 +203,7 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   if (across > 0) {
     const double plane = -o[2] / d[2];
     if (shape_.flare > 0) {
-      across /=
-          shape_.flare_at(std::min(std::hypot(o[0] + plane * d[0], o[1] + plane * d[1]), 1.0));
+      across /= shape_.flare_at(std::min(length(o[0] + plane * d[0], o[1] + plane * d[1]), 1.0));
     }
     const double shift = is_ring ? 0.0 : brightest_shift(along, across);
     centre = is_upright ? plane : plane + std::clamp(axis - plane, -shift, shift);

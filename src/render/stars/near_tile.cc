@@ -35,10 +35,7 @@ bool touches(const Camera& camera, const StarPainter::Tile& tile, double margin,
 
 TileSpace::TileSpace(const Camera& camera, const StarPainter::Tile& tile, double margin,
                      const BallSpace& space) {
-  if (camera.projection() != Projection::perspective &&
-      camera.projection() != Projection::orthographic) {
-    return;
-  }
+  if (!camera.is_flat()) return;
   const double reach = margin + plane_margin;
   const auto make = [&](int axis, double place, double sign) -> Plane {
     const Camera::HalfSpace half = camera.beyond(axis, place);

@@ -35,9 +35,10 @@ def real(folder, *arguments, ranks=1):
 
 class Estimate(unittest.TestCase):
     SCENES = {
-        # A galaxy that fills the image, one that does not, and 44.
+        # A galaxy that fills the image, one that does not, one with drawn stars, and 44 galaxies.
         "whole": ("scenes/ngc4321.par", "scenes/ngc4321.lst", "-s", "image.size=200"),
         "small": ("scenes/ngc891.par", "scenes/ngc891.lst", "-s", "image.size=200"),
+        "stars": ("scenes/survey.par", "scenes/survey.lst"),
         "field": ("scenes/field.par", "scenes/field.lst", "-s", "image.size=200"),
     }
 

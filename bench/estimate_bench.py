@@ -1,0 +1,63 @@
+#!/usr/bin/env python3
+"""What gamer --dry-run foretells for each shipped scene and what the job then takes, as Markdown.
+
+    bench/estimate_bench.py [--gamer PROGRAM] [--scenes a,b] [--repeat K] > estimates.md
+
+Each scene runs on one thread, with and without --truth. Estimates and processor times are in
+seconds. Both are the middle one of --repeat runs, which take turns. The time includes reading,
+measuring and writing.
+"""
+
+import argparse
+import pathlib
+import re
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+
+from jobs import SOURCE, environment
+
+ESTIMATE = re.compile(r"about (\S+) s with ")
+
+
+def run(command):
+    """Processor seconds of one run, and what it prints."""
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    result = subprocess.run([str(word) for word in command], capture_output=True, text=True,
+                            env=environment())
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    if result.returncode != 0:
+        sys.exit(f"{' '.join(map(str, command))}:\n{result.stderr}")
+    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, result.stdout
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--gamer", default=SOURCE / "build" / "release" / "gamer")
+    parser.add_argument("--scenes")
+    parser.add_argument("--repeat", type=int, default=3)
+    options = parser.parse_args()
+    names = options.scenes.split(",") if options.scenes else sorted(
+        path.stem for path in (SOURCE / "scenes").glob("*.lst"))
+    print("| scene | estimate | took | ratio | estimate, truth | took, truth | ratio, truth |\n|" + "---|" * 7)
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            cells = [f"`{name}`"]
+            for truth in ((), ("--truth",)):
+                command = [options.gamer, SOURCE / "scenes" / f"{name}.par",
+                           SOURCE / "scenes" / f"{name}.lst",
+                           "-o", pathlib.Path(folder) / "out.fits", "--overwrite", "-j", 1, *truth]
+                estimates, times = [], []
+                for _ in range(options.repeat):
+                    printed = run([*command, "--dry-run"])[1]
+                    estimates.append(float(ESTIMATE.search(printed)[1]))
+                    times.append(run(command)[0])
+                estimate, took = statistics.median(estimates), statistics.median(times)
+                cells += [f"{estimate:.3g}", f"{took:.3g}", f"{took / estimate:.2f}"]
+            print("| " + " | ".join(cells) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,39 @@
+#pragma once
+
+#include <optional>
+
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+
+#include "gamer/image/wcs.h"
+
+namespace gamer {
+
+/// A gnomonic projection (TAN of Calabretta & Greisen 2002, section 5.1.3): a plane touches the
+/// celestial sphere, and the pixels are a grid on this plane. Pixel (x, y) looks along
+///     middle + (x - x0) step_x + (y - y0) step_y,
+/// where the tangent point (x0, y0) looks along the unit vector `middle`, at right angles to both
+/// steps. It gives the directions of CelestialWcs to rounding, without trigonometric functions.
+class TangentPlane {
+ public:
+  /// Nothing for other projections and for distorted images.
+  static std::optional<TangentPlane> of(const CelestialWcs& wcs);
+
+  /// Unit vector of a place, in the pixel coordinates of Camera.
+  glm::dvec3 direction(double x, double y) const;
+  /// The place where a point is seen; nothing where the point does not lie before the plane.
+  std::optional<glm::dvec2> pixel(const glm::dvec3& point) const;
+  /// A vector whose dot product with the points that are seen right of x (axis 0) or above y (axis
+  /// 1) is positive.
+  glm::dvec3 inward(int axis, double place) const;
+
+ private:
+  TangentPlane(const glm::dvec2& tangent_point, const glm::dvec3& middle, const glm::dvec3& step_x,
+               const glm::dvec3& step_y);
+
+  glm::dvec2 tangent_point_;
+  glm::dvec3 middle_, step_x_, step_y_;
+  glm::dvec3 inverse_x_, inverse_y_;  ///< dot products with them are 1 for one step, else 0
+};
+
+}  // namespace gamer
