@@ -268,6 +268,7 @@ double AdaptiveSampler::unit_of(const Segment& segment, const AdaptiveWorkspace&
 }
 
 double AdaptiveSampler::typical_brightness(std::span<const Hit> hits, std::size_t s) const {
+  if (hits.size() == 1) return medium_.typical_brightness(hits.front().galaxy, s);
   const double unit = medium_.unit_of(hits.front().galaxy);
   double typical = 0;
   for (const Hit& hit : hits) {
@@ -312,24 +313,27 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     return double{ws.segment_transmission[at]};
   };
   const double unit = medium_.unit_of(hits.front().galaxy);
-  const auto units = [&](const Segment& segment) { return unit_of(segment, ws) / unit; };
+  const bool is_alone = hits.size() == 1;
+  const auto units_of = [&](const Segment& segment) {
+    return is_alone ? 1.0 : unit_of(segment, ws) / unit;
+  };
   double intensity = 0, depth = 0, count = 0;
   Transmitted transmitted;
   for (std::int32_t r = first; r != no_segment; r = ws.segments[static_cast<std::size_t>(r)].next) {
     const Segment& segment = ws.segments[static_cast<std::size_t>(r)];
     transmitted.enter(segment);
+    const double units = units_of(segment);
     for (std::int32_t v = 0; v < segment.results(); ++v) {
-      intensity +=
-          transmitted.in_front(v) * units(segment) * double{light_of(segment.result + v).value};
+      intensity += transmitted.in_front(v) * units * double{light_of(segment.result + v).value};
       transmitted.pass(v, share_of(segment.result + v));
     }
     depth += double{depth_of(segment.result).value};
     ++count;
   }
-  const double typical = typical_brightness(hits, s);
+  double faint = accuracy.faint_share * typical_brightness(hits, s);
   // Behind thick dust an image may be much fainter than the galaxy's face-on brightness.
-  const double dimmed = typical * std::exp(-0.5 * std::min(depth, deepest));
-  const double scale = std::max(intensity, accuracy.faint_share * dimmed);
+  if (intensity < faint) faint *= std::exp(-0.5 * std::min(depth, deepest));
+  const double scale = std::max(intensity, faint);
   const double allowed = accuracy.ray_error * hits.front().error_factor * scale;
   double in_front = 0, square = 0;
   ws.errors.clear();
@@ -338,8 +342,9 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     const Segment& segment = ws.segments[static_cast<std::size_t>(r)];
     transmitted.enter(segment);
     double passed = 0;
+    const double units = units_of(segment);
     for (std::int32_t v = 0; v < segment.results(); ++v) {
-      const double share = transmitted.in_front(v) * units(segment);
+      const double share = transmitted.in_front(v) * units;
       passed += share;
       in_front += share * double{light_of(segment.result + v).value};
       transmitted.pass(v, share_of(segment.result + v));
@@ -347,7 +352,7 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     // An error of depth affects all light behind it. The error of the first variant stands for all
     // variants.
     const double error =
-        passed * light_of(segment.result).error(scale / units(segment), segment.has_texture) +
+        passed * light_of(segment.result).error(scale / units, segment.has_texture) +
         (intensity - in_front) * depth_of(segment.result).error(1, segment.has_texture);
     ws.errors.push_back(error);
     square += error * error;
