@@ -1092,7 +1092,7 @@ INCLINATIONS = (0, 40, 75, 88)
 # takes them, in half a minute a galaxy.
 RATIOS = {
     "dusty_barred": {"arms": 0.99809, "associations": 0.30015, "H II regions": 2.539563,
-                     "lanes": 0.982867},
+                     "lanes": 0.980471},
     "elliptical_dust": {"young clumps": 1.121844, "band": 0.997004},
     "irregular": {"patches": 1.016069, "young clumps": 1.845942, "H II regions": 1.716127,
                   "clouds": 0.992026},
@@ -1102,9 +1102,9 @@ RATIOS = {
                   "lanes": 0.970605, "Great Rift": 1.025343},
     "ngc4321": {"arms": 0.996516, "associations": 1.400956, "H II regions": 0.626138,
                 "lanes": 1.010995},
-    "ngc4594": {"ring dust": 1.005976, "inner strands": 0.989376},
-    "ngc891": {"young disk": 0.995446, "associations": 1.516605, "H II regions": 1.865541,
-               "lane": 1.016056, "filaments": 0.993658},
+    "ngc4594": {"ring dust": 1.011467, "inner strands": 1.000324},
+    "ngc891": {"young disk": 0.995446, "associations": 1.516605, "H II regions": 1.817058,
+               "lane": 0.988995, "filaments": 1.026401},
     "shader_galaxy": {"base": 1.004882, "clumps": 1.000305, "lanes": 1.004185, "field": 0.998845},
     "young": {"associations1": 0.954816},
 }
