@@ -48,10 +48,13 @@ HWY_INLINE V DensityAt(D d, const SurfaceDensity& density, V x, V y) {
 void MultiplyOctave(std::size_t size, const float* HWY_RESTRICT noise, float contrast,
                     float frequency, const float* footprints, const float* before, float* out) {
   const hn::ScalableTag<float> d;
-  const auto one = hn::Set(d, 1.0f);
+  const auto one = hn::Set(d, 1.0f), most = hn::Set(d, 1.5f);
   for (std::size_t i = 0; i < size; i += hn::Lanes(d)) {
-    auto factor = hn::MulAdd(hn::Load(d, noise + i), hn::Set(d, contrast), one);
-    factor = hn::Min(hn::Max(factor, hn::Zero(d)), hn::Set(d, 2.0f));
+    auto s = hn::Mul(hn::Load(d, noise + i), hn::Set(d, contrast));
+    s = hn::Min(hn::Max(s, hn::Neg(most)), most);
+    const auto bent =
+        hn::NegMulAdd(hn::Mul(s, s), hn::Set(d, octave_depth * 4 / 27), hn::Set(d, octave_depth));
+    auto factor = hn::MulAdd(s, bent, one);
     if (footprints != nullptr) {
       const auto seen = SeenShare(d, hn::Load(d, footprints + i), frequency);
       factor = hn::MulAdd(seen, hn::Sub(factor, one), one);
@@ -76,6 +79,62 @@ struct LatticePlace {
   V crowding;    ///< the part of the octaves
 };
 
+/// A wave of period 1 between -1 and 1, of two parabolas.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Wave(D d, V x) {
+  const V f = hn::Sub(x, hn::Round(x));
+  return hn::Mul(f, hn::NegMulAdd(hn::Abs(f), hn::Set(d, 16.0f), hn::Set(d, 8.0f)));
+}
+
+/// The light of clumps of these kinds at places in radii of the clumps.
+template <class D, class V = hn::Vec<D>, class I, class U>
+HWY_INLINE V BentProfile(D d, const ClumpLevel& level, V x, V y, V z, I kind, U shape) {
+  const hn::RebindToSigned<D> di;
+  const hn::RebindToUnsigned<D> du;
+  const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
+  const auto part = [&](auto bytes) HWY_ATTR {
+    const auto byte = hn::And(bytes, hn::Set(du, 0xFFu));
+    return hn::Mul(hn::ConvertTo(d, hn::BitCast(di, byte)), hn::Set(d, 0x1p-8f));
+  };
+  const V p0 = part(shape), p1 = part(hn::ShiftRight<8>(shape)),
+          p2 = part(hn::ShiftRight<16>(shape)), p3 = part(hn::ShiftRight<24>(shape));
+  const V turn = hn::Mul(z, hn::Set(d, bend_turn));
+  const auto bend = [&](const Bend& by, V along, V phase, V from) HWY_ATTR {
+    const V wave = Wave(d, hn::MulAdd(along, hn::Set(d, by.cycles), phase));
+    return hn::MulAdd(wave, hn::Set(d, by.height * level.bends), from);
+  };
+  x = bend(wide_bend, y, hn::Add(p0, turn), x);
+  y = bend(wide_bend, x, hn::Sub(p1, turn), y);
+  x = bend(narrow_bend, y, p2, x);
+  y = bend(narrow_bend, x, p3, y);
+  const V z2 = hn::Mul(z, z);
+  const V in_plane = hn::NegMulAdd(x, x, hn::NegMulAdd(y, y, one));
+  const auto cube = [&](V rest) HWY_ATTR {
+    rest = hn::Max(rest, zero);
+    return hn::Mul(hn::Mul(rest, rest), rest);
+  };
+  const V two = hn::Set(d, 2.0f);
+  const auto signed_part = [&](V p, float most) HWY_ATTR {
+    return hn::Mul(hn::MulSub(p, two, one), hn::Set(d, most));
+  };
+  const V tilt = hn::MulAdd(signed_part(p1, largest_tilt), x,
+                            hn::MulAdd(signed_part(p3, largest_tilt), y, one));
+  const V hole = hn::NegMulAdd(hn::Mul(in_plane, in_plane),
+                               hn::GatherIndex(d, level.cavity.data(), kind), one);
+  const V halo = hn::Mul(hn::Mul(cube(hn::Sub(in_plane, z2)), tilt), hole);
+  const V core_x = signed_part(p0, core_offset), core_y = signed_part(p2, core_offset);
+  constexpr float inverse_square = 1 / (core_radius * core_radius);
+  const auto core = [&](V at_x, V at_y) HWY_ATTR {
+    const V dx = hn::Sub(x, at_x), dy = hn::Sub(y, at_y);
+    const V square = hn::MulAdd(dx, dx, hn::MulAdd(dy, dy, z2));
+    return cube(hn::NegMulAdd(square, hn::Set(d, inverse_square), one));
+  };
+  const V cores =
+      hn::MulAdd(core(hn::Neg(core_y), core_x), hn::Set(d, second_core), core(core_x, core_y));
+  return hn::MulAdd(cores, hn::GatherIndex(d, level.cores.data(), kind),
+                    hn::Mul(halo, hn::GatherIndex(d, level.halo.data(), kind)));
+}
+
 /// The light of the clumps in the four cells next to a place, relative to its mean.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& density,
@@ -83,7 +142,7 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& dens
   const hn::RebindToSigned<D> di;
   const hn::RebindToUnsigned<D> du;
   constexpr std::uint32_t low_bits = 0xFFFF;
-  constexpr float widest = 0.25f * 1.0001f;  // square, with a margin for rounding
+  constexpr float widest = 0.5f * 1.0001f;  // with a margin for rounding
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f);
   const auto unit = [&](auto word) HWY_ATTR {
     return hn::Mul(hn::ConvertTo(d, hn::BitCast(di, word)), hn::Set(d, 0x1p-16f));
@@ -93,25 +152,26 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& dens
       hn::Mul(hn::Max(at.crowding, hn::Set(d, least_complexes)), hn::Set(d, level.occupancy));
   const V start = hn::Set(d, 0.5f * (1 + fade_range) / fade_range);
   const V x = hn::Floor(hn::Sub(at.x, half)), y = hn::Floor(hn::Sub(at.y, half));
-  const auto across = hn::Mul(index_of(x), hn::Set(du, lattice_px));
+  const auto row = hn::Mul(index_of(x), hn::Set(du, lattice_px));
   const auto along =
       hn::Add(hn::Mul(index_of(y), hn::Set(du, lattice_py)), hn::Set(du, level.seed));
   // From the lattice back to galaxy radii.
   const float turn_x = level.cosine * level.cell * level.cell;
   const float turn_y = level.sine * level.cell * level.cell;
+  const auto reach = static_cast<float>(1 / clump_reach(double{level.bends}));
   V light = zero;
   for (std::uint32_t corner = 0; corner < 4; ++corner) {
     const std::uint32_t i = corner & 1, j = corner >> 1;
-    const auto word = Mix32(du, hn::Xor(hn::Add(across, hn::Set(du, i * lattice_px)),
+    const auto word = Mix32(du, hn::Xor(hn::Add(row, hn::Set(du, i * lattice_px)),
                                         Mix32(du, hn::Add(along, hn::Set(du, j * lattice_py)))));
     const auto again = Mix32(du, hn::Add(word, hn::Set(du, cell_step)));
     const V dx = hn::Sub(hn::Sub(hn::Sub(at.x, x), hn::Set(d, static_cast<float>(i))),
                          unit(hn::And(word, hn::Set(du, low_bits))));
     const V dy = hn::Sub(hn::Sub(hn::Sub(at.y, y), hn::Set(d, static_cast<float>(j))),
                          unit(hn::ShiftRight<16>(word)));
-    const V across2 = hn::MulAdd(dx, dx, hn::Mul(dy, dy));
     // No clump is wider than a cell.
-    if (hn::AllFalse(d, hn::Lt(across2, hn::Set(d, widest)))) continue;
+    const V across = hn::Max(hn::Abs(dx), hn::Abs(dy));
+    if (hn::AllFalse(d, hn::Lt(across, hn::Set(d, widest)))) continue;
     const V to_x = hn::MulSub(dx, hn::Set(d, turn_x), hn::Mul(dy, hn::Set(d, turn_y)));
     const V to_y = hn::MulAdd(dx, hn::Set(d, turn_y), hn::Mul(dy, hn::Set(d, turn_x)));
     const V around = DensityAt(d, density, hn::Sub(at.px, to_x), hn::Sub(at.py, to_y));
@@ -121,16 +181,16 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& dens
     weight = hn::Min(hn::Max(weight, zero), one);
     if (hn::AllFalse(d, hn::Gt(weight, zero))) continue;  // most cells are empty
     const auto kind = hn::BitCast(di, hn::ShiftRight<32 - clump_bits>(again));
-    const V dz = hn::Sub(at.pz, hn::GatherIndex(d, level.height.data(), kind));
-    const V square =
-        hn::Mul(hn::MulAdd(dz, dz, hn::Mul(across2, hn::Set(d, level.cell * level.cell))),
-                hn::GatherIndex(d, level.inverse_square.data(), kind));
-    const V rest = hn::Max(hn::Sub(one, square), zero);
-    const V cube = hn::Mul(hn::Mul(rest, rest), rest);
-    const V ninth = hn::Mul(hn::Mul(cube, cube), cube);
-    const V profile = hn::Mul(cube, hn::MulAdd(ninth, hn::Set(d, core_height), one));
-    const V height = hn::GatherIndex(d, level.amplitude.data(), kind);
-    light = hn::MulAdd(hn::Mul(hn::Mul(weight, inverse), height), profile, light);
+    const V inverse_radius = hn::GatherIndex(d, level.inverse_radius.data(), kind);
+    const V dz =
+        hn::Mul(hn::Sub(at.pz, hn::GatherIndex(d, level.height.data(), kind)), inverse_radius);
+    const V scale = hn::Mul(inverse_radius, hn::Set(d, level.cell));
+    // Points above or below the clump, or beside it, see nothing of it.
+    const V farthest = hn::Max(hn::Abs(dz), hn::Mul(hn::Mul(across, scale), hn::Set(d, reach)));
+    if (hn::AllFalse(d, hn::Lt(farthest, one))) continue;
+    const V profile = BentProfile(d, level, hn::Mul(dx, scale), hn::Mul(dy, scale), dz, kind,
+                                  Mix32(du, hn::Add(again, hn::Set(du, cell_step))));
+    light = hn::MulAdd(hn::Mul(weight, inverse), profile, light);
   }
   return light;
 }

@@ -16,26 +16,61 @@ namespace gamer {
 constexpr int clump_bits = 9;
 constexpr std::size_t clump_count = std::size_t{1} << clump_bits;
 
-// A clump's profile is q^3 (1 + core_height q^9) with q = 1 - r^2/R^2: a halo with a core.
-constexpr float core_height = 6;
+// The light of a clump, in radii of the clump: a halo H (q^3 - c q^3 Q^2)(1 + e.x) and two cores
+// C (q_1^3 + second_core q_2^3). q = 1 - |x|^2, and Q is q in the plane, 1 - x^2 - y^2. The cavity
+// of depth c is thus a hole along z, with a rim that e makes brighter on one side. q_i is the q of
+// a sphere of radius core_radius about the core. Places x are those of the bent clump: waves move
+// rows of points along the lattice's axes, which changes no area.
+constexpr float core_radius = 0.6f;
+constexpr float second_core = 0.5f;
+// Largest offset of a core along an axis, and largest e along an axis.
+constexpr float core_offset = 0.35f;
+constexpr float largest_tilt = 0.6f;
 
-/// The profile at a distance r from the centre, in radii of the clump.
-constexpr double clump_profile(double r) {
-  const double q = r < 1 ? 1 - r * r : 0;
-  const double cube = q * q * q;
-  return cube * (1 + double{core_height} * cube * cube * cube);
+/// A wave bends by `height` times the irregularity, in radii, with so many cycles a radius.
+struct Bend {
+  float height, cycles;
+};
+constexpr Bend wide_bend{0.2f, 0.4f}, narrow_bend{0.06f, 1.1f};
+// Cycles by which the phase of a wave turns within a radius along z.
+constexpr float bend_turn = 0.3f;
+
+// Volume integrals of q^3 and q^3 Q^2, and of the cores where C = 1.
+constexpr double halo_volume = 64 * std::numbers::pi / 315;
+constexpr double cavity_volume = 64 * std::numbers::pi / 455;
+constexpr double cores_volume = (1 + double{second_core}) * double{core_radius} *
+                                double{core_radius} * double{core_radius} * halo_volume;
+
+/// How far a clump of this irregularity reaches along an axis of its lattice, in radii.
+constexpr double clump_reach(double irregularity) {
+  return 1 + irregularity * (double{wide_bend.height} + double{narrow_bend.height});
 }
 
-// Volume integrals of (1 - r^2)^3 and (1 - r^2)^12, and of the profile.
-constexpr double halo_volume = 64 * std::numbers::pi / 315;
-constexpr double core_volume = 16777216 * std::numbers::pi / 456326325;
-constexpr double clump_volume = halo_volume + double{core_height} * core_volume;
+/// What a hash says about the shape of one clump.
+struct ClumpShape {
+  explicit constexpr ClumpShape(std::uint32_t word)
+      : phase{part(word, 0), part(word, 1), part(word, 2), part(word, 3)},
+        core{core_offset * (2 * phase[0] - 1), core_offset * (2 * phase[2] - 1)},
+        tilt{largest_tilt * (2 * phase[1] - 1), largest_tilt * (2 * phase[3] - 1)} {}
+
+  /// Byte k as a number in [0, 1).
+  static constexpr float part(std::uint32_t word, int k) {
+    return static_cast<float>((word >> (8 * k)) & 0xFF) * 0x1p-8f;
+  }
+
+  float phase[4];  ///< of the waves, cycles
+  float core[2];   ///< place of the first core; the second is at (-y, x)
+  float tilt[2];   ///< e
+};
 
 // Half the range of a clump's random number, relative to the occupancy, in which it fades.
 constexpr float fade_range = 0.3f;
 
 // Largest occupancy of cells; above it clumps become brighter.
 constexpr float most_occupancy = 1 / (1 + fade_range);
+
+// An octave's factor is between 1 - octave_depth and 1 + octave_depth.
+constexpr float octave_depth = 0.9f;
 
 // Least part of the octaves in the occupancy. Below it clumps become fainter, so that they have no
 // sharp edges where the octaves vanish.
@@ -51,8 +86,11 @@ struct ClumpLevel {
   float occupancy = 0;  ///< mean number of clumps in a cell where the surface density is 1
   float share = 0;      ///< of the light
   float frequency = 0;  ///< for the visibility, cycles per galaxy radius
-  std::vector<float> inverse_square;  ///< 1/R^2
-  std::vector<float> amplitude;       ///< height of the profile
+  float bends = 0;      ///< irregularity of clumps
+  std::vector<float> inverse_radius;  ///< 1/R
+  std::vector<float> halo;            ///< H
+  std::vector<float> cavity;          ///< c
+  std::vector<float> cores;           ///< C
   std::vector<float> height;          ///< z of the centre
 };
 
@@ -62,8 +100,9 @@ struct SurfaceDensity {
   std::vector<float> values;
 };
 
-/// out = before clamp(1 + contrast noise, 0, 2). Rays of these footprints (null for none) see the
-/// share of the factor that they resolve at this frequency; the rest counts as 1.
+/// out = before (1 + octave_depth s (1 - 4/27 s^2)), s = clamp(contrast noise, -3/2, 3/2). Rays of
+/// these footprints (null for none) see the share of the factor that they resolve at this
+/// frequency; the rest counts as 1.
 void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
                      const float* footprints, const float* before, float* out);
 

@@ -23,11 +23,13 @@ constexpr double points_margin = 1.5;
 // The chance error of a level that counts by its mean, relative to the whole error. It is that of
 // equal clumps times the factor `clump_spread`, since they differ in their light and in M.
 constexpr double level_error = 0.3;
-constexpr double clump_spread = 1.5;
+constexpr double clump_spread = 2;
 // Largest number of cells of a level whose clumps are looked for. Levels of more cells, with clumps
 // below a thousandth of the galaxy, count by their mean.
 constexpr double most_cells = 1 << 24;
-// Numbers of points of a clump.
+// Numbers of points of a clump, and the pairs of points of which two are in the halo and one in
+// each core.
+constexpr std::size_t pairs_of_parts = 4;
 constexpr std::size_t fewest_points = 16;
 constexpr std::size_t most_clump_points = 256;
 // A clump is kept if its random number is below so many times the occupancy at its centre. The
@@ -41,12 +43,13 @@ struct Clump {
   double x, y, z, radius;
   double number;     ///< the random number that decides whether the clump is there
   double occupancy;  ///< without the octaves
-  double light;      ///< the integral of its profile
+  std::size_t kind;
+  ClumpShape shape;
 };
 
-/// A place in a clump of radius 1.
+/// A place in a clump of radius 1, with the light about it.
 struct Offset {
-  double x, y, z;
+  double x, y, z, light;
 };
 
 /// The surface density at (x, y), interpolated.
@@ -66,11 +69,12 @@ double density_at(const SurfaceDensity& density, double x, double y) {
   return std::lerp(low, high, v - row);
 }
 
-/// `count` places that follow a clump's profile, in pairs on opposite sides.
+/// `count` places that follow q^3, in pairs on opposite sides. Each has an equal share of the
+/// light.
 std::vector<Offset> profile_points(std::size_t count) {
   constexpr int steps = 1 << 12;
   static const std::vector<double> below =
-      running_sums(steps, [](double r) { return r * r * clump_profile(r); });
+      running_sums(steps, [](double r) { return r * r * std::pow(1 - r * r, 3); });
   std::vector<Offset> points;
   for (std::size_t k = 0; k < count / 2; ++k) {
     double u[3];
@@ -78,11 +82,47 @@ std::vector<Offset> profile_points(std::size_t count) {
     const double r = place_of_sum(below, u[0] * below.back());
     const double cosine = 2 * u[1] - 1, sine = std::sqrt(1 - cosine * cosine);
     const double angle = 2 * std::numbers::pi * u[2];
-    const Offset point{r * sine * std::cos(angle), r * sine * std::sin(angle), r * cosine};
+    const Offset point{r * sine * std::cos(angle), r * sine * std::sin(angle), r * cosine,
+                       halo_volume};
     points.push_back(point);
-    points.push_back({-point.x, -point.y, -point.z});
+    points.push_back({-point.x, -point.y, -point.z, halo_volume});
   }
   return points;
+}
+
+/// A wave of period 1 between -1 and 1.
+double wave(double x) {
+  const double f = x - std::nearbyint(x);
+  return f * (8 - 16 * std::abs(f));
+}
+
+/// The n-th of the points of a clump, in its radii along the lattice's axes. Among four pairs of
+/// points two are in the halo and one in each core, so that a point has the light of several.
+Offset place_in_clump(const ClumpLevel& level, const Clump& clump, std::size_t n, Offset at) {
+  const ClumpShape& shape = clump.shape;
+  const std::size_t part = n / 2 % pairs_of_parts;
+  if (part < 2) {
+    const double in_plane = 1 - at.x * at.x - at.y * at.y;
+    at.light *= 2 * double{level.halo[clump.kind]} *
+                (1 - double{level.cavity[clump.kind]} * in_plane * in_plane) *
+                (1 + double{shape.tilt[0]} * at.x + double{shape.tilt[1]} * at.y);
+  } else {
+    constexpr double radius{core_radius};
+    const double height = part == 2 ? 1 : double{second_core};
+    at.light *= 4 * height * double{level.cores[clump.kind]} * radius * radius * radius;
+    at.x = radius * at.x + double{part == 2 ? shape.core[0] : -shape.core[1]};
+    at.y = radius * at.y + double{part == 2 ? shape.core[1] : shape.core[0]};
+    at.z *= radius;
+  }
+  const auto bent = [&](const Bend& by, double along, double phase) {
+    return double{by.height} * double{level.bends} * wave(along * double{by.cycles} + phase);
+  };
+  const double turn = at.z * double{bend_turn};
+  at.y -= bent(narrow_bend, at.x, double{shape.phase[3]});
+  at.x -= bent(narrow_bend, at.y, double{shape.phase[2]});
+  at.y -= bent(wide_bend, at.x, double{shape.phase[1]} - turn);
+  at.x -= bent(wide_bend, at.y, double{shape.phase[0]} + turn);
+  return at;
 }
 
 using OctaveArrays = AssociationTexture::OctaveArrays;
@@ -133,8 +173,8 @@ class Means {
     const double chance = clump_spread * seen_of(level, w) / std::sqrt(clumps);
     const double excess = chance / (level_error * errors_[w]);
     if (excess < 1 || 4 / (level.side * level.side) > most_cells) return 0;
-    const auto pairs = static_cast<std::size_t>(std::pow(excess, 1.5));
-    return std::clamp(2 * pairs, fewest_points, most_clump_points);
+    const auto parts = static_cast<std::size_t>(std::pow(excess, 1.5) / pairs_of_parts);
+    return std::clamp(2 * pairs_of_parts * parts, fewest_points, most_clump_points);
   }
 
   /// <M>, to the error that the share of light outside the clumps seen asks for.
@@ -230,14 +270,18 @@ class Means {
   void add_clumps_of(std::size_t l, const std::vector<Clump>& clumps,
                      std::span<const std::size_t> chosen, const std::vector<Offset>& offsets,
                      std::span<const std::size_t> points, std::span<double> sums) const {
-    BatchArray x{}, y{}, z{}, density;
+    const ClumpLevel& level = texture_.levels()[l];
+    const double c = double{level.cosine} * level.side, s = double{level.sine} * level.side;
+    BatchArray x{}, y{}, z{}, density, light;
     std::size_t size = 0;
-    for (const std::size_t c : chosen) {
-      const Clump& clump = clumps[c];
-      for (const Offset& offset : offsets) {
-        x[size] = static_cast<float>(clump.x + clump.radius * offset.x);
-        y[size] = static_cast<float>(clump.y + clump.radius * offset.y);
-        z[size++] = static_cast<float>(clump.z + clump.radius * offset.z);
+    for (const std::size_t n : chosen) {
+      const Clump& clump = clumps[n];
+      for (std::size_t k = 0; k < offsets.size(); ++k) {
+        const Offset at = place_in_clump(level, clump, k, offsets[k]);
+        x[size] = static_cast<float>(clump.x + clump.radius * (c * at.x - s * at.y));
+        y[size] = static_cast<float>(clump.y + clump.radius * (s * at.x + c * at.y));
+        z[size] = static_cast<float>(clump.z + clump.radius * at.z);
+        light[size++] = static_cast<float>(at.light * clump.radius * clump.radius * clump.radius);
       }
     }
     const Points at{x.data(), y.data(), z.data(), size};
@@ -260,7 +304,7 @@ class Means {
           const double weight = std::clamp(
               (1 + double{fade_range} - clump.number / occupancy) / (2 * double{fade_range}), 0.0,
               1.0);
-          sum += weight / occupancy * clump.light * double{density[i]} * double{whole[i]};
+          sum += weight / occupancy * double{light[i]} * double{density[i]} * double{whole[i]};
         }
       }
     }
@@ -290,9 +334,8 @@ class Means {
         const double largest = std::min(occupancy * most, double{most_occupancy});
         if (number > (1 + double{fade_range}) * largest) continue;
         const std::size_t k = again >> (32 - clump_bits);
-        const double radius = 1 / std::sqrt(double{level.inverse_square[k]});
-        result.push_back({x, y, double{level.height[k]}, radius, number, occupancy,
-                          double{level.amplitude[k]} * clump_volume * radius * radius * radius});
+        result.push_back({x, y, double{level.height[k]}, 1 / double{level.inverse_radius[k]},
+                          number, occupancy, k, ClumpShape(mix32(again + cell_step))});
       }
     }
     return result;

@@ -24,8 +24,15 @@ constexpr double level_ratio = 2;
 
 // Frequencies of a level of largest radius R, times R: for the visibility, and of its sharpest
 // features.
-constexpr double seen_frequency = 1.8;
+constexpr double seen_frequency = 2.2;
 constexpr double sharp_frequency = 1.0;
+
+// Share of the ages over which clumps fade beyond the range of ages.
+constexpr double age_fade = 0.2;
+// Growth of a cavity's depth with the age, relative to its largest depth over the whole range.
+constexpr double cavity_growth = 1.5;
+// Multiplier of the sequence of sizes: 2^64 over the golden ratio.
+constexpr std::uint64_t size_step = 0x9E3779B97F4A7C15u;
 
 // Wavelength of the first octave, in sizes of complexes. Wavelength of the last octave that decides
 // which cells of a level are occupied, in diameters of its largest clump.
@@ -82,22 +89,23 @@ double integral_of(const SurfaceDensity& density) {
   return sum * step * step;
 }
 
-/// The density of a clump's light in t = z/R, normalised.
-double light_at_height(double t) {
-  const double rest = std::max(1 - t * t, 0.0);
+/// The density of q^3 (1 - cavity Q^2) in t = z/R, normalised. With Q = s + t^2 slices of q^3 Q^2
+/// are pi s^3 (s + t^2)^2 ds.
+double light_at_height(double t, double cavity) {
+  const double rest = std::max(1 - t * t, 0.0), t2 = t * t;
   const double fourth = rest * rest * rest * rest;
-  const double thirteenth = fourth * fourth * fourth * rest;
-  return (pi / 4 * fourth + double{core_height} * pi / 13 * thirteenth) / clump_volume;
+  const double hole = fourth * (rest * rest / 6 + 2 * t2 * rest / 5 + t2 * t2 / 4);
+  return pi * (fourth / 4 - cavity * hole) / (halo_volume - cavity * cavity_volume);
 }
 
-/// sech^2(z/z0) convolved with the density of a clump's light in z.
-double seen_layer(double z, double radius, double z0) {
+/// sech^2(z/z0) convolved with the density in z of light of this radius and cavity.
+double seen_layer(double z, double radius, double cavity, double z0) {
   using Rule = boost::math::quadrature::gauss<double, 20>;
   if (radius < z0) {
     return Rule::integrate(
         [&](double t) {
           const double cosh = std::cosh((z + radius * t) / z0);
-          return light_at_height(t) / (cosh * cosh);
+          return light_at_height(t, cavity) / (cosh * cosh);
         },
         -1.0, 1.0);
   }
@@ -107,17 +115,18 @@ double seen_layer(double z, double radius, double z0) {
   for (int k = 0; k < pieces; ++k) {
     const double begin = 2.0 * k / pieces - 1, end = 2.0 * (k + 1) / pieces - 1;
     sum += Rule::integrate(
-        [&](double v) { return light_at_height((z0 * std::atanh(v) - z) / radius); }, begin, end);
+        [&](double v) { return light_at_height((z0 * std::atanh(v) - z) / radius, cavity); }, begin,
+        end);
   }
   return z0 / radius * sum;
 }
 
-/// The heights of clumps of radius 1 in an infinitely thin layer.
+/// The heights of cores of radius 1 in an infinitely thin layer.
 const std::vector<double>& unit_heights() {
   static const std::vector<double> heights = [] {
     constexpr int steps = 1 << 14;
     const std::vector<double> below =
-        running_sums(steps, [](double x) { return light_at_height(2 * x - 1); });
+        running_sums(steps, [](double x) { return light_at_height(2 * x - 1, 0); });
     std::vector<double> result;
     for (std::size_t k = 0; k < clump_count; ++k) {
       double u[3];
@@ -142,7 +151,7 @@ BoundTable association_keys(AssociationParameters& p) {
        "b: diameters D of clumps have L ~ D^b"},
       {p.largest, "largest", "galaxy radii",
        Interval::closed(1e-4, 0.5).usual_logarithmic(0.002, 0.2),
-       "diameter of the brightest clumps; half of a clump's light is within 0.14 D of its axis"},
+       "largest extent D of the brightest clumps"},
       {p.complex_size, "complex_size", "galaxy radii",
        Interval::closed(1e-4, 1).usual_logarithmic(0.005, 0.5),
        "size of the largest complexes; smaller ones follow in steps of 2"},
@@ -150,6 +159,21 @@ BoundTable association_keys(AssociationParameters& p) {
        "contrast of each step of complexes; 0 spreads clumps at random"},
       {p.diffuse, "diffuse", "", Interval::closed(0, 0.95),
        "share of the light that is spread over the complexes, outside clumps"},
+      {p.filling, "filling", "", Interval::closed(0.1, 1),
+       "extent of clumps relative to D: less than 1 for stars within clouds of gas"},
+      {p.size_scatter, "size_scatter", "", Interval::closed(0, 0.8),
+       "clumps of one luminosity have extents from 1 - size_scatter to 1, relative to the largest"},
+      {p.irregularity, "irregularity", "", Interval::closed(0, 1),
+       "how far clumps are bent; 0 leaves round ones"},
+      {p.cores, "cores", "", Interval::closed(0, 1),
+       "share of the light in two cores of a clump, if it is young"},
+      {p.cavity, "cavity", "", Interval::closed(0, 0.98),
+       "depth of the cavity of large clumps, if they are old"},
+      {p.age, "age", "", Interval::closed(0, 1),
+       "share of the clumps younger than those shown; components of equal seed, number, largest, "
+       "luminosities and complexes have the same clumps"},
+      {p.age_range, "age_range", "", Interval::closed(0, 1),
+       "share of the clumps of the ages shown; older and younger ones fade over 0.2 more"},
       without_default({p.seed, "seed", "", Interval::closed(0, largest_seed),
                        "seed of this component's clumps; default: from the galaxy's seed and "
                        "the component's name"})};
@@ -226,23 +250,47 @@ void AssociationTexture::add_level(double least, double most) {
                 : power_integral(1 - slope, least, most) / power_integral(1 - slope, faintest, 1);
   level.occupancy = static_cast<float>(p.number * number_share * cell * cell);
   level.share = static_cast<float>((1 - p.diffuse) * light_share);
-  level.frequency = static_cast<float>(2 * seen_frequency / cell);
-  std::vector<double> light(clump_count);
+  const double extent = p.filling / clump_reach(p.irregularity);
+  level.frequency = static_cast<float>(2 * seen_frequency / (cell * extent));
+  level.bends = static_cast<float>(p.irregularity);
+  const double end = p.age + p.age_range;
+  const auto numbers = [](std::size_t k) {
+    std::array<double, 3> u{};
+    R3Sequence().point(k, u.data());
+    return u;
+  };
+  const auto shown = [&](double age) {
+    return std::clamp(1 + (age - p.age) / age_fade, 0.0, 1.0) *
+           std::clamp(1 + (end - age) / age_fade, 0.0, 1.0);
+  };
+  std::vector<double> luminosity(clump_count), light(clump_count);
   for (std::size_t k = 0; k < clump_count; ++k) {
     const double u = (static_cast<double>(k) + 0.5) / clump_count;
-    light[k] = is_single ? 1 : power_quantile(-slope, least, most, u);
+    luminosity[k] = is_single ? 1 : power_quantile(-slope, least, most, u);
+    light[k] = luminosity[k] * shown(numbers(k)[2]);
   }
   const double mean = std::accumulate(light.begin(), light.end(), 0.0) / clump_count;
   for (std::size_t k = 0; k < clump_count; ++k) {
-    const double radius = 0.5 * p.largest * std::pow(light[k], 1 / p.size_exponent);
-    double u[3];
-    R3Sequence().point(k, u);
-    const double z = z0_ * std::atanh(layer_share * (2 * u[0] - 1)) + radius * unit_heights()[k];
+    const std::array<double, 3> u = numbers(k);
+    const double size = std::pow(luminosity[k], 1 / p.size_exponent);
+    const double smaller = to_unit(k * size_step);
+    const double radius = 0.5 * p.largest * size * extent * (1 - p.size_scatter * smaller);
+    const double age = p.age_range > 0 ? std::clamp((u[2] - p.age) / p.age_range, 0.0, 1.0) : 0;
+    const double cavity = p.cavity * std::min(cavity_growth * age, 1.0) * std::sqrt(size);
+    const double share = p.cores * (1 - age);
+    const double z = z0_ * std::atanh(layer_share * (2 * u[0] - 1)) +
+                     double{core_radius} * radius * unit_heights()[k];
+    // The height of a part of this volume, radius and cavity that emits this share.
+    const auto height = [&](double part, double volume, double size_of_part, double depth) {
+      return static_cast<float>(
+          part * light[k] / mean * cell * cell * 2 * z0_ /
+          (volume * radius * radius * radius * seen_layer(z, size_of_part, depth, z0_)));
+    };
     level.height.push_back(static_cast<float>(z));
-    level.inverse_square.push_back(static_cast<float>(1 / (radius * radius)));
-    level.amplitude.push_back(
-        static_cast<float>(light[k] / mean * cell * cell * 2 * z0_ /
-                           (clump_volume * radius * radius * radius * seen_layer(z, radius, z0_))));
+    level.inverse_radius.push_back(static_cast<float>(1 / radius));
+    level.cavity.push_back(static_cast<float>(cavity));
+    level.halo.push_back(height(1 - share, halo_volume - cavity * cavity_volume, radius, cavity));
+    level.cores.push_back(height(share, cores_volume, double{core_radius} * radius, 0));
   }
   levels_.push_back(std::move(level));
 }

@@ -23,6 +23,13 @@ struct AssociationParameters {
   double complex_size = 0.05;
   double clustering = 1;
   double diffuse = 0.3;
+  double filling = 1;
+  double size_scatter = 0.4;
+  double irregularity = 1;
+  double cores = 0.6;
+  double cavity = 0.6;
+  double age = 0;
+  double age_range = 1;
   std::uint64_t seed = 1;
   const Noise* kind = nullptr;  ///< of the complexes
 
@@ -37,18 +44,20 @@ struct AssociationParameters {
 ///
 /// Clumps are grouped in levels l, within each of which diameters differ by at most 2. A level has
 /// a square lattice whose cells are as large as its largest clump, turned by an angle of its own. A
-/// cell's hash gives a place within the cell, a number u in [0, 1) and one of clump_count clumps.
-/// These are quantiles of the level's luminosities, with heights z_k above the plane. A clump has
-/// the profile K_k = A_k (q^3 + core_height q^12), q = 1 - r^2/R_k^2. It is there where u < p_k;
-/// p_k is the surface density of clumps at its centre, times the cell's area. Within u = p_k (1 +-
-/// fade_range) it fades. The density is that of the layer times M_l, the product of the octaves
-/// clamp(1 + c noise/sigma, 0, 2). These octaves are longer than four of the level's largest
+/// cell's hash gives a place within the cell, a number u in [0, 1), one of clump_count clumps, and
+/// its shape (association_kernel.h). The clumps are quantiles of the level's luminosities, with
+/// heights z_k above the plane, radii R_k and ages. Old clumps have fainter cores and deeper
+/// cavities. Ages beyond age_range fade, so that components of equal seeds and different ranges
+/// show the same clumps at several ages. A clump of profile K_k is there where u < p_k; p_k is the
+/// surface density of clumps at its centre, times the cell's area. Within u = p_k (1 +- fade_range)
+/// it fades. The density is that of the layer times M_l, a product of octaves (multiply_octave())
+/// whose mean is 1. These octaves are longer than four of the level's largest
 /// diameters, and M_l is at least least_complexes. With M the product of all octaves,
 ///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p_k - 1)).
-/// The heights follow sech^2(z/z0) convolved with the clump's profile, without the layer's edge.
-/// A_k makes each clump emit its luminosity exactly, without octaves below its size. The mean of
-/// Phi over all seeds and heights is thus 1 at every (x, y). `diffuse` is the share of the light
-/// outside clumps.
+/// The heights follow sech^2(z/z0) convolved with a core, without the layer's edge. The heights of
+/// halo and cores make each clump emit its luminosity exactly, without octaves below its size. The
+/// mean of Phi over all seeds and heights is thus 1 at every (x, y). `diffuse` is the share of the
+/// light outside clumps.
 ///
 /// A ray of footprint w sees a share of a level and of an octave, as in FractalNoise; the rest
 /// counts by its mean.

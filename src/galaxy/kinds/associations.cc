@@ -114,7 +114,7 @@ ParameterTable association_layer_parameters() {
 ComponentKind associations_kind() {
   ComponentKind kind;
   kind.name = "associations";
-  kind.description = "young stars as objects: round clumps of all luminosities, in complexes";
+  kind.description = "young stars as objects: clumps of all luminosities and ages, in complexes";
   const AssociationParameters defaults;
   kind.parameters = association_layer_parameters();
   kind.texture_parameters = defaults.table();
