@@ -1165,7 +1165,7 @@ RATIOS = {
     "ngc4321": {"arms": 0.996516, "associations": 1.085491, "H II regions": 1.315358,
                 "lanes": 1.010995},
     "ngc4594": {"ring dust": 1.011467, "inner strands": 1.000324},
-    "ngc891": {"young disk": 0.995446, "associations": 1.516605, "H II regions": 1.817058,
+    "ngc891": {"young disk": 0.995446, "associations": 3.184359, "H II regions": 3.652123,
                "lane": 0.988995, "filaments": 1.026401},
     "shader_galaxy": {"base": 1.004882, "clumps": 1.000305, "lanes": 1.004185, "field": 0.998845},
     "young": {"associations1": 1.075222},
