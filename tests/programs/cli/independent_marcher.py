@@ -1165,7 +1165,7 @@ RATIOS = {
     "ngc4321": {"arms": 0.996516, "associations": 1.085491, "H II regions": 1.315358,
                 "lanes": 1.010995},
     "ngc4594": {"ring dust": 1.005976, "inner strands": 0.989376},
-    "ngc891": {"young disk": 0.995446, "associations": 1.516605, "H II regions": 1.865541,
+    "ngc891": {"young disk": 0.995446, "associations": 3.184359, "H II regions": 3.664832,
                "lane": 1.016056, "filaments": 0.993658},
     "shader_galaxy": {"base": 1.004882, "clumps": 1.000305, "lanes": 1.004185, "field": 0.998845},
     "young": {"associations1": 1.075222},
