@@ -313,9 +313,8 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
     return double{ws.segment_transmission[at]};
   };
   const double unit = medium_.unit_of(hits.front().galaxy);
-  const bool is_alone = hits.size() == 1;
   const auto units_of = [&](const Segment& segment) {
-    return is_alone ? 1.0 : unit_of(segment, ws) / unit;
+    return hits.size() == 1 ? 1.0 : unit_of(segment, ws) / unit;
   };
   double intensity = 0, depth = 0, count = 0;
   Transmitted transmitted;
