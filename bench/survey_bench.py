@@ -30,7 +30,6 @@ import argparse
 import datetime
 import hashlib
 import math
-import os
 import pathlib
 import random
 import re

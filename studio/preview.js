@@ -9,9 +9,9 @@ import {enlarged, putStrip} from './strips.js';
 
 const targetMs = 30;       // of a frame while moving
 const leastSide = 48;
-// Coarse steps: longer side, tolerance, and the least longer side of a view that has them. A view's
-// strips show what a finer step would show, and a step takes a share of the view's own time.
-const steps = [[128, 0.05, 129], [256, 0.02, 1024]];
+// Coarse levels: longer side, tolerance, and the least longer side of a view that has them. A view's
+// strips show what a finer level would show, and a level takes a share of the view's own time.
+const levels = [[128, 0.05, 129], [256, 0.02, 1024]];
 
 /// Events: `asked` (a view was asked for), `frame` (a new picture), `busy` (detail: true or false), `problem` (detail: a text).
 export class Preview extends EventTarget {
@@ -52,7 +52,7 @@ export class Preview extends EventTarget {
     if (moving) return [this.sized(this.side, 0.1)];
     const tolerance = this.doc.value('sampling.tolerance') ?? 1e-3;
     const last = this.sized(this.ui.side, null);
-    const coarse = steps.filter(([, , least]) => Math.max(last[0], last[1]) >= least)
+    const coarse = levels.filter(([, , least]) => Math.max(last[0], last[1]) >= least)
         .map(([side, rough]) => this.sized(side, Math.max(rough, tolerance)));
     return [...coarse, last];
   }

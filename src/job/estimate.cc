@@ -231,8 +231,9 @@ JobEstimate estimate_stamps(const RenderJob& job, bool truth, int ranks, int thr
     constexpr double part = 0.25;
     const auto samples = sample_in_time(renderer, part * most_seconds).samples;
     const std::vector<double> costs = row_costs(samples, renderer.width(), renderer.height());
-    seconds += placing + std::accumulate(costs.begin(), costs.end(), 0.0) *
-                             seconds_per_cost(renderer, samples, part * most_seconds);
+    seconds += placing + star_seconds(renderer, part * most_seconds) +
+               std::accumulate(costs.begin(), costs.end(), 0.0) *
+                   seconds_per_cost(renderer, samples, part * most_seconds);
     sampled += static_cast<double>(stamps.values(stamp));
   }
   if (sampled > 0) estimate.rendering = seconds * all / sampled;

@@ -173,8 +173,14 @@ double least_area(const Camera& camera, const StarPainter::Tile& tile, double ma
     case Projection::orthographic:
     case Projection::healpix: return camera.solid_angle(0, 0);
     case Projection::perspective:
-      return std::min({camera.solid_angle(left, bottom), camera.solid_angle(left, top),
+    case Projection::sky: {
+      if (!camera.is_flat()) return 0;
+      // Areas fall with the distance from the middle. Those of small pixels are rounded.
+      constexpr double rounding = 1e-6;
+      return (1 - rounding) *
+             std::min({camera.solid_angle(left, bottom), camera.solid_angle(left, top),
                        camera.solid_angle(right, bottom), camera.solid_angle(right, top)});
+    }
     case Projection::equirectangular:
       return std::min(camera.solid_angle(0, std::clamp(bottom, 0.0, last)),
                       camera.solid_angle(0, std::clamp(top, 0.0, last)));
@@ -187,7 +193,6 @@ double least_area(const Camera& camera, const StarPainter::Tile& tile, double ma
       const double rim = camera.solid_angle(0, middle);
       return rim > 0.5 * camera.solid_angle(0.5 * (camera.width() - 1), middle) ? 0.5 * rim : 0;
     }
-    case Projection::sky: return 0;
   }
   return 0;
 }

@@ -50,6 +50,29 @@ TEST_P(SkyProjection, RaysAndPixelsAreInverse) {
 
 INSTANTIATE_TEST_SUITE_P(Zenithal, SkyProjection, testing::Values("TAN", "SIN", "STG", "ZEA"));
 
+// Against WCSLIB, in a region of an image.
+TEST(CameraSky, PlanesHaveThePixelsOfTheWholeImage) {
+  const Camera camera = sky_camera("size = [80, 50]\nregion = [20, 10, 30, 25]",
+                                   "center = [200, -40]\nrotation = 25\npixel_scale = 3");
+  ASSERT_TRUE(camera.is_flat());
+  const double x = 27.25, y = 13.5;
+  const std::optional<SkyPosition> sky = camera.wcs()->sky({x + 1, y + 1});
+  ASSERT_TRUE(sky);
+  EXPECT_LT(glm::length(camera.ray(x, y)->direction - direction_of(*sky)), 2e-15);
+  EXPECT_LT(glm::length(*camera.pixel(direction_of(*sky)) - glm::dvec2(x, y)), 1e-9);
+  constexpr double offset = 1e-3;
+  for (const int axis : {0, 1}) {
+    const Camera::HalfSpace beyond = camera.beyond(axis, axis == 0 ? x : y);
+    for (const double side : {-1.0, 1.0}) {
+      const glm::dvec2 place =
+          glm::dvec2(x, y) + side * offset * (axis == 0 ? glm::dvec2(1, 0) : glm::dvec2(0, 1));
+      const double inside =
+          glm::dot(beyond.normal, camera.ray(place.x, place.y)->direction) - beyond.offset;
+      EXPECT_GT(side * inside, 0) << axis;
+    }
+  }
+}
+
 /// All of what a projection shows of the sky; a radian of its plane is 100 pixels.
 Camera whole_sky(const std::string& projection, int size) {
   return sky_camera("size = " + std::to_string(size),

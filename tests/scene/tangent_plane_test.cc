@@ -5,11 +5,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <glm/trigonometric.hpp>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <random>
 #include <string>
 #include <vector>
@@ -89,6 +90,26 @@ TEST(TangentPlane, IsTheGnomonicProjectionOfHeaders) {
     EXPECT_LT(found.direction, 8 * epsilon);
     EXPECT_LT(found.pixel, 1e-11);
   }
+}
+
+TEST(TangentPlane, FollowsTheOrderOfTheAxes) {
+  std::string swapped = header("TAN");
+  swapped.replace(swapped.find("RA---TAN"), 8, "axis one");
+  swapped.replace(swapped.find("DEC--TAN"), 8, "RA---TAN");
+  swapped.replace(swapped.find("axis one"), 8, "DEC--TAN");
+  swapped.replace(swapped.find("359.9"), 5, "-61.5");
+  swapped.replace(swapped.rfind("-61.5"), 5, "359.9");
+  const Differences found = differences(CelestialWcs::from_header(swapped, "a header"), 1000);
+  EXPECT_LT(found.direction, 8 * epsilon);
+  EXPECT_LT(found.pixel, 1e-11);
+}
+
+TEST(TangentPlane, IsNotThatOfDistortedOrMovedHeaders) {
+  const auto moved = CelestialWcs::from_header(header("TAN", {"PV1_2   = 80"}), "a header");
+  EXPECT_FALSE(TangentPlane::of(moved));
+  const auto distorted = CelestialWcs::from_header(
+      header("TPV", {"PV1_1   = 1", "PV2_1   = 1", "PV1_7   = 0.01"}), "a header");
+  EXPECT_FALSE(TangentPlane::of(distorted));
 }
 
 TEST(TangentPlane, IsNotThatOfOtherProjections) {

@@ -27,9 +27,9 @@ constexpr double clump_spread = 2;
 // Largest number of cells of a level whose clumps are looked for. Levels of more cells, with clumps
 // below a thousandth of the galaxy, count by their mean.
 constexpr double most_cells = 1 << 24;
-// Numbers of points of a clump, and the pairs of points of which two are in the halo and one in
-// each core.
+// Among so many pairs of points two are in the halo and one is in each core.
 constexpr std::size_t pairs_of_parts = 4;
+// Fewest and most points of a clump.
 constexpr std::size_t fewest_points = 16;
 constexpr std::size_t most_clump_points = 256;
 // A clump is kept if its random number is below so many times the occupancy at its centre. The
@@ -314,7 +314,7 @@ class Means {
   std::vector<Clump> find_clumps(std::size_t l) const {
     const ClumpLevel& level = texture_.levels()[l];
     const double c = double{level.cosine} * level.side, s = double{level.sine} * level.side;
-    // The largest product of octaves is 2 for each.
+    // The factor of an octave is below 2.
     const double most = std::ldexp(1.0, static_cast<int>(texture_.octaves_before(l)));
     const int reach = static_cast<int>(std::ceil(1 / level.side)) + 1;
     const int middle_x = static_cast<int>(level.offset_x);

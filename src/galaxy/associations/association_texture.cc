@@ -171,7 +171,7 @@ BoundTable association_keys(AssociationParameters& p) {
        "depth of the cavity of large clumps, if they are old"},
       {p.age, "age", "", Interval::closed(0, 1),
        "share of the clumps younger than those shown; components of equal seed, number, largest, "
-       "luminosities and complexes have the same clumps"},
+       "luminosities and complexes have clumps at the same places"},
       {p.age_range, "age_range", "", Interval::closed(0, 1),
        "share of the clumps of the ages shown; older and younger ones fade over 0.2 more"},
       without_default({p.seed, "seed", "", Interval::closed(0, largest_seed),

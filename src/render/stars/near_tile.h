@@ -34,8 +34,8 @@ struct BallSpace {
   double radius;
 };
 
-/// The part of a galaxy's ball that a tile and its margin show. In views with straight lines this
-/// part lies between planes through the edges.
+/// The part of a galaxy's ball that a tile and its margin show. Where the image is flat
+/// (Camera::is_flat()) this part lies between planes through the edges.
 class TileSpace {
  public:
   TileSpace(const Camera& camera, const StarPainter::Tile& tile, double margin,
