@@ -120,11 +120,26 @@ std::optional<double> angle_across(
          (4 * half * half);
 }
 
+/// Cosine and sine of an angle in degrees. Only the rest to the next right angle is rounded, so
+/// that a right ascension near 360 deg loses no digits.
+struct UnitCircle {
+  explicit UnitCircle(double degrees) {
+    int quadrant = 0;
+    const double rest = glm::radians(std::remquo(degrees, 90.0, &quadrant));
+    const double c = std::cos(rest), s = std::sin(rest);
+    const bool is_odd = quadrant % 2 != 0;
+    const double sign = (quadrant & 2) != 0 ? -1 : 1;
+    cosine = sign * (is_odd ? -s : c);
+    sine = sign * (is_odd ? c : s);
+  }
+  double cosine, sine;
+};
+
 }  // namespace
 
 glm::dvec3 direction_of(const SkyPosition& sky) {
-  const double a = glm::radians(sky.ra), d = glm::radians(sky.dec);
-  return {std::cos(d) * std::cos(a), std::cos(d) * std::sin(a), std::sin(d)};
+  const UnitCircle ra(sky.ra), dec(sky.dec);
+  return {dec.cosine * ra.cosine, dec.cosine * ra.sine, dec.sine};
 }
 
 SkyPosition sky_of(const glm::dvec3& direction) {

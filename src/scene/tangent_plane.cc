@@ -53,8 +53,9 @@ glm::dvec3 TangentPlane::direction(double x, double y) const {
 std::optional<glm::dvec2> TangentPlane::pixel(const glm::dvec3& point) const {
   const double along = glm::dot(point, middle_);
   if (!(along > 0)) return std::nullopt;
-  return tangent_point_ +
-         glm::dvec2(glm::dot(point, inverse_x_), glm::dot(point, inverse_y_)) / along;
+  // The small difference keeps digits that dot products with the point itself would lose.
+  const glm::dvec3 away = point / along - middle_;
+  return tangent_point_ + glm::dvec2(glm::dot(away, inverse_x_), glm::dot(away, inverse_y_));
 }
 
 glm::dvec3 TangentPlane::inward(int axis, double place) const {

@@ -1154,11 +1154,11 @@ INCLINATIONS = (0, 40, 75, 88)
 # takes them, in half a minute a galaxy.
 RATIOS = {
     "dusty_barred": {"arms": 0.99809, "associations": 1.04326, "H II regions": 3.245718,
-                     "lanes": 0.980471},
+                     "lanes": 0.982867},
     "elliptical_dust": {"young clumps": 1.121844, "band": 0.997004},
-    "irregular": {"patches": 1.016069, "young clumps": 0.617609, "H II regions": 1.467057,
+    "irregular": {"patches": 1.016069, "young clumps": 1.004326, "H II regions": 0.851071,
                   "clouds": 0.992026},
-    "m51": {"arms": 0.982809, "associations": 1.146015, "H II regions": 1.3027,
+    "m51": {"arms": 0.992504, "associations": 1.152924, "H II regions": 1.3027,
             "lanes": 1.009462},
     "milky_way": {"arms": 0.996742, "associations": 0.769312, "H II regions": 1.002066,
                   "lanes": 0.970605, "Great Rift": 1.025343},

@@ -18,7 +18,7 @@ from gamer_program import ENVIRONMENT, LAUNCHER, command, main
 
 # Pixels of minutes, of arcseconds: right ascensions are rounded to 1e-10 arcsec.
 PLACE_ERROR = 4e-12
-FINE_PLACE_ERROR = 1.1e-9
+FINE_PLACE_ERROR = 1.2e-9
 FLUX_ERROR = 1e-12
 
 ONE_BAND = {"bands": ["sdss_r"]}  # that of the magnitudes, too
