@@ -16,9 +16,10 @@ from astropy.nddata import CCDData
 from astropy.wcs import WCS
 from gamer_program import ENVIRONMENT, LAUNCHER, command, main
 
-# Pixels of minutes, of arcseconds: right ascensions are rounded to 1e-10 arcsec.
+# Pixels of minutes, of arcseconds: right ascensions are rounded to 1e-10 arcsec. Astropy's way to the
+# sky and back errs by the second.
 PLACE_ERROR = 4e-12
-FINE_PLACE_ERROR = 1.2e-9
+FINE_PLACE_ERROR = 2.5e-9
 FLUX_ERROR = 1e-12
 
 ONE_BAND = {"bands": ["sdss_r"]}  # that of the magnitudes, too
@@ -256,13 +257,13 @@ class Headers(unittest.TestCase):
         return header
 
     def stars(self, header):
-        """On a grid of pixels: ra, dec, and where Astropy puts those."""
+        """On a grid of pixels: ra, dec by Astropy, and the pixels."""
         wcs = WCS(header)
         order = slice(None, None, 1 if header["CTYPE1"].startswith("RA") else -1)
         xs, ys = np.meshgrid(np.arange(2.7, 58, 6.3), np.arange(3.3, 48, 6.1))
         places = np.column_stack([xs.ravel(), ys.ravel()])
         sky = wcs.all_pix2world(places, 0)[:, order]
-        return sky, wcs.all_world2pix(sky[:, order], 0, tolerance=1e-9)
+        return sky, places
 
     def check(self, name, text, spectrum, settings=(), hdu=0):
         with self.subTest(name, spectrum=spectrum, settings=settings), SkyFolder() as folder:
