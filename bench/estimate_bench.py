@@ -11,26 +11,12 @@ measuring and writing.
 import argparse
 import pathlib
 import re
-import resource
 import statistics
-import subprocess
-import sys
 import tempfile
 
-from jobs import SOURCE, environment
+from jobs import SOURCE, timed
 
 ESTIMATE = re.compile(r"about (\S+) s with ")
-
-
-def run(command):
-    """Processor seconds of one run, and what it prints."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    result = subprocess.run([str(word) for word in command], capture_output=True, text=True,
-                            env=environment())
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    if result.returncode != 0:
-        sys.exit(f"{' '.join(map(str, command))}:\n{result.stderr}")
-    return after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime, result.stdout
 
 
 def main():
@@ -51,9 +37,9 @@ def main():
                            "-o", pathlib.Path(folder) / "out.fits", "--overwrite", "-j", 1, *truth]
                 estimates, times = [], []
                 for _ in range(options.repeat):
-                    printed = run([*command, "--dry-run"])[1]
+                    printed = timed([*command, "--dry-run"])[1].stdout
                     estimates.append(float(ESTIMATE.search(printed)[1]))
-                    times.append(run(command)[0])
+                    times.append(timed(command)[0])
                 estimate, took = statistics.median(estimates), statistics.median(times)
                 cells += [f"{estimate:.3g}", f"{took:.3g}", f"{took / estimate:.2f}"]
             print("| " + " | ".join(cells) + " |", flush=True)

@@ -33,7 +33,6 @@ import math
 import pathlib
 import random
 import re
-import resource
 import subprocess
 import sys
 import tempfile
@@ -42,7 +41,7 @@ import tomllib
 import numpy as np
 from astropy.io import fits
 
-from jobs import SOURCE, environment, read_report
+from jobs import SOURCE, read_report, timed
 
 PARAMETERS = SOURCE / "scenes" / "survey_field.par"
 SCENE = SOURCE / "scenes" / "survey_field.lst"
@@ -103,13 +102,7 @@ class Program:
         """One run gives processor seconds and the program's report."""
         command = [self.path, PARAMETERS, scene, "-o", self.output, "--overwrite", "-v",
                    "--journal", "inf", *more]
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        result = subprocess.run([str(word) for word in command], capture_output=True, text=True,
-                                env=environment())
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        if result.returncode != 0:
-            sys.exit(f"{' '.join(map(str, command))}:\n{result.stderr}")
-        cpu = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+        cpu, result = timed(command)
         return cpu, read_report(result.stderr)
 
     def fluxes(self, rows, scale, tolerance):
