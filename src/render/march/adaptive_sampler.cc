@@ -316,47 +316,41 @@ AdaptiveSampler::Errors AdaptiveSampler::errors_of(std::span<const Hit> hits, st
   const auto units_of = [&](const Segment& segment) {
     return hits.size() == 1 ? 1.0 : unit_of(segment, ws) / unit;
   };
-  double intensity = 0, depth = 0, count = 0;
+  double intensity = 0, depth = 0;
   Transmitted transmitted;
+  ws.seen.clear();
   for (std::int32_t r = first; r != no_segment; r = ws.segments[static_cast<std::size_t>(r)].next) {
     const Segment& segment = ws.segments[static_cast<std::size_t>(r)];
     transmitted.enter(segment);
     const double units = units_of(segment);
+    double passed = 0;
     for (std::int32_t v = 0; v < segment.results(); ++v) {
-      intensity += transmitted.in_front(v) * units * double{light_of(segment.result + v).value};
+      const double share = transmitted.in_front(v) * units;
+      passed += share;
+      intensity += share * double{light_of(segment.result + v).value};
       transmitted.pass(v, share_of(segment.result + v));
     }
     depth += double{depth_of(segment.result).value};
-    ++count;
+    ws.seen.push_back({r, units, passed, intensity});
   }
   double faint = accuracy.faint_share * typical_brightness(hits, s);
   // Behind thick dust an image may be much fainter than the galaxy's face-on brightness.
   if (intensity < faint) faint *= std::exp(-0.5 * std::min(depth, deepest));
   const double scale = std::max(intensity, faint);
   const double allowed = accuracy.ray_error * hits.front().error_factor * scale;
-  double in_front = 0, square = 0;
+  double square = 0;
   ws.errors.clear();
-  transmitted = {};
-  for (std::int32_t r = first; r != no_segment; r = ws.segments[static_cast<std::size_t>(r)].next) {
-    const Segment& segment = ws.segments[static_cast<std::size_t>(r)];
-    transmitted.enter(segment);
-    double passed = 0;
-    const double units = units_of(segment);
-    for (std::int32_t v = 0; v < segment.results(); ++v) {
-      const double share = transmitted.in_front(v) * units;
-      passed += share;
-      in_front += share * double{light_of(segment.result + v).value};
-      transmitted.pass(v, share_of(segment.result + v));
-    }
+  for (const SeenSegment& seen : ws.seen) {
+    const Segment& segment = ws.segments[static_cast<std::size_t>(seen.segment)];
     // An error of depth affects all light behind it. The error of the first variant stands for all
     // variants.
     const double error =
-        passed * light_of(segment.result).error(scale / units, segment.has_texture) +
-        (intensity - in_front) * depth_of(segment.result).error(1, segment.has_texture);
+        seen.passed * light_of(segment.result).error(scale / seen.units, segment.has_texture) +
+        (intensity - seen.light) * depth_of(segment.result).error(1, segment.has_texture);
     ws.errors.push_back(error);
     square += error * error;
   }
-  return {square, allowed, count};
+  return {square, allowed, static_cast<double>(ws.seen.size())};
 }
 
 bool AdaptiveSampler::judge(std::span<const Hit> hits, std::int32_t ray, AdaptiveWorkspace& ws,

@@ -143,6 +143,14 @@ class Transmitted {
   std::int32_t variants_ = 1;
 };
 
+/// A segment of a ray as the camera sees it, in one plane.
+struct SeenSegment {
+  std::int32_t segment;
+  double units;   ///< of its light, relative to the units of the ray's first galaxy
+  double passed;  ///< transmission in front of it, times the units
+  double light;   ///< of all segments up to its end
+};
+
 /// Arrays of one thread, kept between calls.
 struct AdaptiveWorkspace {
   std::vector<Crossing> crossings;
@@ -184,6 +192,7 @@ struct AdaptiveWorkspace {
   std::vector<float> segment_light, segment_depth, segment_transmission;
   std::vector<Steered> steered;
   std::vector<std::int32_t> active, still_active;
+  std::vector<SeenSegment> seen;
   std::vector<double> errors;
   std::vector<Transmitted> transmitted;
   std::vector<std::size_t> places;
