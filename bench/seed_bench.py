@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""Processor time that a new seed of each shipped galaxy takes before its first ray, as Markdown.
+
+    bench/seed_bench.py [--gamer PROGRAM] [--galaxies a,b] [--repeat K] > seeds.md
+
+The image has 512 x 512 pixels and one thread. The cache knows the galaxy's file from another seed.
+A seed's first job measures what the seed decides, and its second job finds that in the cache. The
+difference is the seed's own time, in milliseconds, the middle one of --repeat seeds.
+"""
+
+import argparse
+import os
+import pathlib
+import statistics
+import tempfile
+
+from jobs import SOURCE, timed
+
+RENDER = """[image]
+size = 512
+[camera]
+projection = "orthographic"
+position = [0, 0, 10]
+up = [0, 1, 0]
+width = 1.9
+[spectrum]
+wavelengths = [4300, 5750, 7400]
+[sampling]
+tolerance = {tolerance}
+"""
+SCENE = "galaxy x y z inclination pa seed\n{galaxy} 0 0 0 40 30 {seed}\n"
+
+
+def own_time(gamer, folder, galaxy, tolerance, seed):
+    (folder / "render.par").write_text(RENDER.format(tolerance=tolerance))
+    (folder / "scene.lst").write_text(SCENE.format(galaxy=galaxy, seed=seed))
+    command = [gamer, folder / "render.par", folder / "scene.lst", "-o", folder / "out.fits",
+               "--overwrite", "--region", "1,1,4,4", "-j", 1]
+    first = timed(command)[0]
+    return first - timed(command)[0]
+
+
+def main():
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--gamer", default=SOURCE / "build" / "release" / "gamer")
+    parser.add_argument("--galaxies")
+    parser.add_argument("--repeat", type=int, default=3)
+    options = parser.parse_args()
+    names = options.galaxies.split(",") if options.galaxies else sorted(
+        path.stem for path in (SOURCE / "galaxies").glob("*.toml"))
+    print("| galaxy | new seed at 10⁻², ms | new seed at 10⁻³, ms |\n|" + "---|" * 3)
+    for name in names:
+        cells = [f"`{name}`"]
+        for tolerance in ("1e-2", "1e-3"):
+            with tempfile.TemporaryDirectory() as folder:
+                os.environ["GAMER_CACHE"] = str(pathlib.Path(folder) / "cache")
+                times = [own_time(options.gamer, pathlib.Path(folder), name, tolerance, seed)
+                         for seed in range(1, options.repeat + 2)]
+            # The first seed measures what its file decides, too.
+            cells.append(f"{1e3 * statistics.median(times[1:]):.0f}")
+        print("| " + " | ".join(cells) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
