@@ -116,7 +116,8 @@ Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius,
 /// 123, 583, section 3.1): w = exp(-d M^-1 d / 2), M = 2 sum(w v d d) / sum(w v), about the
 /// centroid sum(w v d) = 0. The iteration starts from a circle of `sigma` pixels at the centre of
 /// `ellipses` and ends when M changes by less than 1e-9. Pixels beyond 6 sigma or the ellipse of
-/// `radius` do not count. `flux` is the Gaussian's, 2 sum(w v). Nothing after 200 steps.
+/// `radius` do not count. `flux` is the Gaussian's, 2 sum(w v). The result is empty if 200 steps do
+/// not converge.
 std::optional<LightMoments> adaptive_moments(const Plane& plane, const Ellipses& ellipses,
                                              double radius, double sigma, double background,
                                              int threads);

@@ -11,8 +11,6 @@
 namespace gamer {
 namespace {
 
-constexpr const char* arithmetic_group = "Arithmetic";
-
 /// Planes of a further input, which are combined with those of the first.
 struct Operand {
   std::string name;
@@ -140,7 +138,6 @@ Operation combining(const char* name, Combination combination, const char* summa
                     const std::string& description) {
   Operation operation;
   operation.name = name;
-  operation.group = arithmetic_group;
   operation.summary = summary;
   operation.description =
       description +
@@ -198,7 +195,6 @@ int scale_file(const OperationCall& call) {
 
 Operation scale_operation() {
   return {.name = "scale",
-          .group = arithmetic_group,
           .summary = "Multiply by a number and add one",
           .description =
               "v' = factor v + offset. Without --unit the light changes and the unit stays. With "

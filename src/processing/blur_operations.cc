@@ -155,7 +155,6 @@ int run_psf(const OperationCall& call) {
 
 Operation convolve_operation() {
   return {.name = "convolve",
-          .group = "Blur",
           .summary = "Convolve with a point-spread function",
           .description =
               std::string("out(x, y) = sum over (i, j) of psf(i, j) in(x - i, y - j). ") +
@@ -191,7 +190,6 @@ Operation convolve_operation() {
 Operation psf_operation() {
   return {
       .name = "psf",
-      .group = "Blur",
       .summary = "Write the image of a point-spread function",
       .description =
           std::string(psf_model_text) +

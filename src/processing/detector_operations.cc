@@ -409,7 +409,6 @@ ParameterTable noise_parameters() {
 Operation noise_operation() {
   return {
       .name = "noise",
-      .group = "Detector",
       .summary = "Add the noise of a CCD, or Gaussian noise",
       .description =
           "A pixel of value v collects mu = (v s + sky + dark) exposure electrons in the mean. The "

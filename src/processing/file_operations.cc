@@ -20,8 +20,6 @@
 namespace gamer {
 namespace {
 
-constexpr const char* file_group = "Files and headers";
-
 // ---- stack -------------------------------------------------------------------------------------
 
 /// One plane of the inputs, with its own cards.
@@ -410,7 +408,6 @@ int run_header(const OperationCall& call) {
 Operation stack_operation() {
   return {
       .name = "stack",
-      .group = file_group,
       .summary = "Put planes of several files into one, or take a cube apart",
       .description =
           "All planes of all files, in order, become a cube, one extension each, or one file each "
@@ -438,7 +435,6 @@ Operation header_operation() {
   const std::vector<std::string> none;
   return {
       .name = "header",
-      .group = file_group,
       .summary = "Show, set, delete or copy header cards",
       .description =
           "Without --set, --delete and --copy the cards are printed. With any of them a file is "

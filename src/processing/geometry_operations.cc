@@ -18,8 +18,6 @@
 namespace gamer {
 namespace {
 
-constexpr const char* geometry_group = "Geometry";
-
 /// Larger images can only be typing errors.
 constexpr int longest_side = 1 << 18;
 constexpr double least_factor = 1e-6, most_factor = 1e4;
@@ -126,7 +124,6 @@ Operation rotate_operation() {
   }
   return {
       .name = "rotate",
-      .group = geometry_group,
       .summary = "Turn by any angle",
       .description = fmt::format(
           "Turns about the middle of the image, counter-clockwise with the first row at the "
@@ -162,7 +159,6 @@ int flip_file(const OperationCall& call) {
 
 Operation flip_operation() {
   return {.name = "flip",
-          .group = geometry_group,
           .summary = "Mirror",
           .description = fmt::format("Copies pixels in reverse order along an axis. {}", wcs_text),
           .parameters = {Parameter::choice("axis", {"x", "y", "both"}, "x",
@@ -289,7 +285,6 @@ Operation crop_operation() {
   fill.unit = "unit of the pixels";
   return {
       .name = "crop",
-      .group = geometry_group,
       .summary = "Cut out a box",
       .description = fmt::format(
           "Cuts out a box given in FITS pixels (the first is 1, ends are included), or by its size "
@@ -359,7 +354,6 @@ int pad_file(const OperationCall& call) {
 
 Operation pad_operation() {
   return {.name = "pad",
-          .group = geometry_group,
           .summary = "Add a margin",
           .description = fmt::format("Surrounds the image with pixels of one value. With --size "
                                      "the image stands in the middle; an odd pixel is added at the "
@@ -409,7 +403,6 @@ int bin_file(const OperationCall& call) {
 
 Operation bin_operation() {
   return {.name = "bin",
-          .group = geometry_group,
           .summary = "Join blocks of pixels",
           .description = fmt::format(
               "Each block of nx x ny pixels becomes one pixel: the sum of fluxes, or the mean of "
@@ -473,7 +466,6 @@ int resample_file(const OperationCall& call) {
 Operation resample_operation() {
   return {
       .name = "resample",
-      .group = geometry_group,
       .summary = "Pixels of another size",
       .description = fmt::format(
           "The kernel interpolates the running sum of the input pixels, along x and then along y. "

@@ -452,7 +452,6 @@ ParameterTable inject_parameters() {
 
 Operation inject_operation() {
   return {.name = "inject",
-          .group = "Detector",
           .summary = "Add a render to a science image",
           .description = inject_description,
           .least_inputs = 2,

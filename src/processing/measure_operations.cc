@@ -91,7 +91,6 @@ void check_percentiles(const OperationCall& call) {
 Operation stats_operation() {
   return {
       .name = "stats",
-      .group = measurement_group,
       .summary = "Counts, sum, extremes, mean, sigma, median and percentiles of every plane",
       .description =
           "Each plane has a row for its finite pixels. sigma = sqrt(mean((v - mean)^2)) and "
@@ -229,7 +228,6 @@ int run_spectrum(const OperationCall& call) {
 Operation spectrum_operation() {
   return {
       .name = "spectrum",
-      .group = measurement_group,
       .summary = "Azimuthally averaged power spectrum and its slope",
       .description =
           "The mean is subtracted and the window w applied. The power |F|^2/sum(w^2) is averaged "
@@ -310,7 +308,6 @@ int run_compare(const OperationCall& call) {
 
 Operation compare_operation() {
   return {.name = "compare",
-          .group = measurement_group,
           .summary = "Differences of two files of the same size; exit code 1 beyond a tolerance",
           .description =
               "For each plane of the files a (first) and b the table gives the largest |b - a|, "

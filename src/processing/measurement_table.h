@@ -14,8 +14,6 @@ namespace gamer {
 
 // What operations that measure share: options, tables of results, and messages.
 
-inline constexpr const char* measurement_group = "Measurement";
-
 /// Appends a value to the column of that name; the table's first row makes the columns.
 template <class Value>
 void put(DataTable& table, const std::string& name, const Value& value,

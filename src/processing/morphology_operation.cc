@@ -83,7 +83,6 @@ int run_morphology(const OperationCall& call) {
 Operation morphology_operation() {
   return {
       .name = "morphology",
-      .group = measurement_group,
       .summary =
           "Concentration, asymmetry, smoothness, Gini, M20 and the multimode statistics of a "
           "galaxy",

@@ -6,6 +6,7 @@
 #include <iterator>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "core/message.h"
 #include "core/text.h"
@@ -239,10 +240,18 @@ std::string option_name(std::string_view parameter) { return "--" + dashed(param
 std::span<const Operation> operations() {
   static const std::vector<Operation> all = [] {
     std::vector<Operation> list;
-    for (auto* group : {detector_operations, blur_operations, geometry_operations, tone_operations,
-                        arithmetic_operations, measure_operations, file_operations}) {
-      std::vector<Operation> part = group();
-      std::move(part.begin(), part.end(), std::back_inserter(list));
+    using Group = std::pair<const char*, std::vector<Operation> (*)()>;
+    for (const auto& [group, make] : {Group{"Detector", detector_operations},
+                                      {"Blur", blur_operations},
+                                      {"Geometry", geometry_operations},
+                                      {"Brightness and colour", tone_operations},
+                                      {"Arithmetic", arithmetic_operations},
+                                      {"Measurement", measure_operations},
+                                      {"Files and headers", file_operations}}) {
+      for (Operation& operation : make()) {
+        operation.group = group;
+        list.push_back(std::move(operation));
+      }
     }
     return list;
   }();

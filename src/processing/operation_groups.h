@@ -23,6 +23,4 @@ Operation profile_operation();
 Operation rgb_operation();
 Operation unwrap_operation();
 
-inline constexpr const char* tone_group = "Brightness and colour";
-
 }  // namespace gamer

@@ -348,7 +348,6 @@ int run_photometry(const OperationCall& call) {
 Operation photometry_operation() {
   return {
       .name = "photometry",
-      .group = measurement_group,
       .summary = "Fluxes and magnitudes in apertures, half-light radius, moments",
       .description =
           "Apertures are circles or ellipses about --center, --position or the middle of the "

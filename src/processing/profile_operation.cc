@@ -249,7 +249,6 @@ int run_profile(const OperationCall& call) {
 Operation profile_operation() {
   return {
       .name = "profile",
-      .group = measurement_group,
       .summary = "Isophotes by radius: surface brightness, shape, colour, growth, disk breaks",
       .description =
           "Ellipses about one centre, by default the nucleus, are fitted to the first plane. The "

@@ -302,7 +302,6 @@ ParameterTable rgb_parameters() {
 
 Operation rgb_operation() {
   return {.name = "rgb",
-          .group = tone_group,
           .summary = "Colour picture (PNG, BMP)",
           .description =
               "Red, green and blue are three files of one plane each, or the three planes of a "

@@ -252,7 +252,6 @@ Operation normalise_operation() {
   return {
       .name = "normalise",
       .aliases = {"normalize"},
-      .group = tone_group,
       .summary = "Bring the pixels to a total, peak, mean, range or magnitude",
       .description =
           "v' = f v, where f gives the sum, the largest or the mean of the pixels the wanted "
@@ -307,7 +306,6 @@ int correct_gamma(const OperationCall& call) {
 Operation gamma_operation() {
   return {
       .name = "gamma",
-      .group = tone_group,
       .summary = "Gamma correction",
       .description =
           "v' = (v/max)^gamma, where max is the largest pixel of the file, the largest of each "
@@ -387,7 +385,6 @@ int stretch_file(const OperationCall& call) {
 
 Operation stretch_operation() {
   return {.name = "stretch",
-          .group = tone_group,
           .summary = "Linear, sqrt, log or asinh stretch between two limits",
           .description =
               "With x = (v - low)/(high - low) and softening a, the functions are: linear v' = x; "

@@ -182,7 +182,6 @@ int run_unwrap(const OperationCall& call) {
 Operation unwrap_operation() {
   return {
       .name = "unwrap",
-      .group = measurement_group,
       .summary = "Deproject a disk into polar coordinates; fit its spiral arms",
       .description =
           "The disk is thin, of --inclination about the line of nodes at --position-angle. The "

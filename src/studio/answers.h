@@ -30,7 +30,8 @@ class Answers {
   nlohmann::json operator()(const CommandRequest& request) const;
   nlohmann::json operator()(const OutputsRequest& request) const;
 
-  /// Writes what of the document is not in files beside the output, and returns the command line.
+  /// Writes those texts of the document that are in no file beside the output, and returns the
+  /// command line.
   std::vector<std::string> prepare(const RenderRequest& request) const;
 
   const OpenedDocument& document() const { return document_; }

@@ -28,7 +28,7 @@ constexpr std::size_t most_part_planes = 96;
 constexpr int least_strip_rows = 256;
 constexpr double most_frame_bytes = 256.0 * (1 << 20), most_image_bytes = 1024.0 * (1 << 20);
 
-/// The chosen galaxy of a view, and what of it is muted.
+/// The chosen galaxy of a view, and its muted components.
 class ChosenGalaxy {
  public:
   ChosenGalaxy(const ViewRequest& request, const std::string& label)

@@ -245,36 +245,40 @@ void check_narrow_rays(const Galaxy& galaxy, const std::vector<Place>& places) {
   }
 }
 
-TEST(Batches, DoNotChangeAPoint) {
+class Batches : public testing::TestWithParam<const Noise*> {};
+
+TEST_P(Batches, DoNotChangeAPoint) {
   // Some parameters make no galaxy.
   constexpr int wanted = 2, most_tries = 20;
+  const Noise& noise = *GetParam();
   for (const ComponentKind& kind : component_kinds()) {
-    for (const Noise* noise : noise_kinds()) {
-      int made = 0;
-      for (std::uint64_t seed = 0; seed < most_tries && made < wanted; ++seed) {
-        Chance chance(hash_words({seed, kind.name.size(), noise->name().size()}));
-        const std::string text = some_galaxy(kind, chance);
-        SCOPED_TRACE(std::string(noise->name()) + "\n" + text);
-        GalaxySettings settings = settings_with(1, *noise);
-        settings.most_cloud_points = 2 * batch_capacity;
-        std::shared_ptr<const Galaxy> galaxy;
-        try {
-          galaxy = parse_galaxy(text, settings);
-        } catch (const InputError&) {
-          continue;
-        }
-        ++made;
-        const std::vector<Place> places = some_places(batch_capacity / 2, chance);
-        for_each_simd_target([&] {
-          check_batches(*galaxy, places, chance);
-          check_narrow_rays(*galaxy, places);
-        });
-        if (HasFatalFailure()) return;
+    int made = 0;
+    for (std::uint64_t seed = 0; seed < most_tries && made < wanted; ++seed) {
+      Chance chance(hash_words({seed, kind.name.size(), noise.name().size()}));
+      const std::string text = some_galaxy(kind, chance);
+      SCOPED_TRACE(text);
+      GalaxySettings settings = settings_with(1, noise);
+      settings.most_cloud_points = 2 * batch_capacity;
+      std::shared_ptr<const Galaxy> galaxy;
+      try {
+        galaxy = parse_galaxy(text, settings);
+      } catch (const InputError&) {
+        continue;
       }
-      EXPECT_EQ(made, wanted) << kind.name << " of " << noise->name();
+      ++made;
+      const std::vector<Place> places = some_places(batch_capacity / 2, chance);
+      for_each_simd_target([&] {
+        check_batches(*galaxy, places, chance);
+        check_narrow_rays(*galaxy, places);
+      });
+      if (HasFatalFailure()) return;
     }
+    EXPECT_EQ(made, wanted) << kind.name;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(EveryNoise, Batches, testing::ValuesIn(noise_kinds()),
+                         [](const auto& tested) { return std::string(tested.param->name()); });
 
 }  // namespace
 }  // namespace gamer

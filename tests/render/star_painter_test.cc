@@ -314,9 +314,11 @@ std::vector<double> rows_in_blocks(const Renderer& renderer, int block) {
 
 TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
   constexpr int side = 24;
+  std::vector<std::vector<double>> images;
   for (const std::string& more :
-       {std::string(), std::string("[stars]\nwhite_point = 1e-4\n"),
-        std::string("[stars]\nwhite_point = 1e-4\nhalo = 0.3\nspikes = 0.1\n")}) {
+       {std::string(), std::string("[stars]\nwhite_point = 1e-4\nlargest_radius = 4\n"),
+        std::string(
+            "[stars]\nwhite_point = 1e-4\nlargest_radius = 4\nhalo = 0.3\nspikes = 0.1\n")}) {
     const TextScene text{
         {{"g", field(2e4, "noise = {octaves = 2}") +
                    "[[component]]\nclass = \"dust\"\nz0 = 0.02\nnoise = {octaves = 2}\n"}},
@@ -337,6 +339,9 @@ TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
     for (const int size : {1, 7}) EXPECT_EQ(render(text.scene, size), whole) << size;
     // Nor does the order of the scene's rows count.
     EXPECT_EQ(render("galaxy x y z size seed\ng 0.3 0.5 0.1 0.6 2\ng 0 0 0 1 1\n", 7), whole);
+    // Discs and haloes are seen.
+    for (const std::vector<double>& other : images) EXPECT_NE(whole, other);
+    images.push_back(whole);
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <string>
@@ -70,18 +71,20 @@ std::string parameters(double width, const std::string& tolerance) {
       "[spectrum]\nwavelengths = [5494.505]\n[sampling]\ntolerance = " + tolerance + "\n");
 }
 
-/// The rms relative error of pixels above 1 % of the peak.
-template <class Wanted>
-double rms_error(const Image& image, double width, const Wanted& wanted) {
+/// What the pixels of a view show, row by row.
+template <class Shown>
+std::vector<double> exact_pixels(double width, const Shown& shown) {
+  const auto place = [&](int pixel) { return ((pixel + 0.5) / size - 0.5) * width; };
   std::vector<double> exact;
-  double peak = 0;
   for (int y = 0; y < size; ++y) {
-    for (int x = 0; x < size; ++x) {
-      const auto place = [&](int pixel) { return ((pixel + 0.5) / size - 0.5) * width; };
-      exact.push_back(wanted(place(x), place(y)));
-      peak = std::max(peak, exact.back());
-    }
+    for (int x = 0; x < size; ++x) exact.push_back(shown(place(x), place(y)));
   }
+  return exact;
+}
+
+/// The rms relative error of pixels above 1 % of the peak.
+double rms_error(const Image& image, const std::vector<double>& exact) {
+  const double peak = *std::ranges::max_element(exact);
   double sum = 0, count = 0;
   for (int y = 0; y < size; ++y) {
     for (int x = 0; x < size; ++x) {
@@ -105,11 +108,11 @@ TEST_P(ThickDustTest, ShowsItsSkin) {
         layer("disk", stars, "sed = \"flat\"\nintensity = 1\n") + dust_of(depth);
     // The midplane in many pixels, and the whole galaxy.
     for (const double width : {0.36, 1.8}) {
+      const std::vector<double> exact = exact_pixels(
+          width, [&](double x, double y) { return brightness(x, y, inclination, depth); });
       for (const char* tolerance : {"1e-2", "1e-3", "1e-4"}) {
         text.parameters = parameters(width, tolerance);
-        const double error = rms_error(render_text(text), width, [&](double x, double y) {
-          return brightness(x, y, inclination, depth);
-        });
+        const double error = rms_error(render_text(text), exact);
         EXPECT_LT(error, std::stod(tolerance)) << depth << " width " << width;
         std::printf("%d degrees, depth %g, width %g, tolerance %s: %.1e\n", GetParam(), depth,
                     width, tolerance, error);
@@ -136,12 +139,13 @@ TEST(DustInFrontTest, OfAnotherGalaxyDimsAllThatIsBehind) {
       for (int k = 1; k < steps; ++k) sum += envelope(shape, r, -half + k * step);
       return sum * step;
     };
+    const std::vector<double> exact = exact_pixels(width, [&](double x, double y) {
+      const double r = std::hypot(x, y);
+      return column(stars, r) * std::exp(-depth / (2 * dust.z0) * column(dust, r));
+    });
     for (const char* tolerance : {"1e-2", "1e-3", "1e-4"}) {
       text.parameters = parameters(width, tolerance);
-      const double error = rms_error(render_text(text), width, [&](double x, double y) {
-        const double r = std::hypot(x, y);
-        return column(stars, r) * std::exp(-depth / (2 * dust.z0) * column(dust, r));
-      });
+      const double error = rms_error(render_text(text), exact);
       EXPECT_LT(error, std::stod(tolerance)) << depth;
       std::printf("depth %g in front, tolerance %s: %.1e\n", depth, tolerance, error);
     }

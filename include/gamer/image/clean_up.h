@@ -7,12 +7,13 @@
 namespace gamer {
 
 /// Opens /dev/null for each closed standard stream. Otherwise a file that the program opens would
-/// take its number and get its messages. For main.
+/// take its number and get its messages. main() calls it first.
 void open_standard_streams();
 
 /// Prepares the process for signals and full disks. From now on SIGINT, SIGTERM and SIGHUP remove
 /// unfinished files, then end the process as the signal does (shells see 128 + its number). Writing
-/// into a closed pipe or beyond the limit of a file's size becomes an ordinary error. For main.
+/// into a closed pipe or beyond the limit of a file's size becomes an ordinary error. main() calls
+/// it.
 void clean_up_on_signals();
 
 /// The lines that a signal prints, with their ends.

@@ -20,7 +20,7 @@ namespace gamer {
 /// the statistics of their noise, which are made once. One thread at a time may use it.
 class FrameJobs {
  public:
-  /// From the record of the whole animation. Throws InputError.
+  /// Reads the record of the whole animation. Throws InputError.
   explicit FrameJobs(const Record& animation);
   /// Takes the galaxies of the animation's job, which need not be complete.
   explicit FrameJobs(const RenderJob& animation);
