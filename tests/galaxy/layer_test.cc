@@ -177,8 +177,7 @@ std::vector<Case> cases() {
       {"tilt", warped({0.02, 0.2, 0, 0, 0}, {0.6, 0, 1, 1, 0}), ""},
       {"warp", warped({0.02, 0.2, 0.1, 0, 0}, {0.3, 0.3, 2, -2, 3}), ""},
       {"late warp", warped({0.02, 0.3, 0, 0, 0}, {0.4, 0.7, 1.5, 0, 0}), ""},
-      {"warped arms",
-       warped(uneven({0.02, 0.25, 0, 2, 0}, 1, 0.4), {0.3, 0.1, 3, 0.5, -4}),
+      {"warped arms", warped(uneven({0.02, 0.25, 0, 2, 0}, 1, 0.4), {0.3, 0.1, 3, 0.5, -4}),
        "model = \"logarithmic\"\ncount = 2"},
       {"warped ring",
        warped(with({0.02, 0.2, 0, 0, 0}, ring_at(0.6, 0.05, 0.1, 0.7, 1)), {0.5, 0.2, 1, 2, 1}),
@@ -334,13 +333,13 @@ TEST(Layer, IntegralsOfOtherLaws) {
       1, 1e-6);
   EXPECT_NEAR(integral(warped({0.03, 0.25, 0, 0, 0}, {0.4, 0.2, 2, 0.5, 2})) / 0.0198546334, 1,
               1e-6);
-  EXPECT_NEAR(integral(warped(with({0.03, 0.2, 0, 0, 0}, ring_at(0.6, 0.1, 0.1)),
-                              {0.6, 0, 1, 1, 0})) /
-                  0.0522020735,
-              1, 1e-6);
-  EXPECT_NEAR(integral(warped(uneven({0.03, 0.3, 0, 0, 0}, 1, 0.5), {0.4, 0.3, 1.5, 2, -3})) /
-                  0.0257976728,
-              1, 1e-6);
+  EXPECT_NEAR(
+      integral(warped(with({0.03, 0.2, 0, 0, 0}, ring_at(0.6, 0.1, 0.1)), {0.6, 0, 1, 1, 0})) /
+          0.0522020735,
+      1, 1e-6);
+  EXPECT_NEAR(
+      integral(warped(uneven({0.03, 0.3, 0, 0, 0}, 1, 0.5), {0.4, 0.3, 1.5, 2, -3})) / 0.0257976728,
+      1, 1e-6);
 }
 
 /// The means of the taper and of the taper times |z - lift| along z, weighted with sech^2.

@@ -403,7 +403,8 @@ Cloud Layer::cloud(std::size_t size) const {
       lift(samples, samples.z.data());
       for (std::size_t i = 0; i < batch.size; ++i) {
         const float z = batch.z[i] + samples.z[i];
-        samples.taper[i] = static_cast<float>(taper_at(std::hypot(double{samples.r[i]}, double{z})));
+        samples.taper[i] =
+            static_cast<float>(taper_at(std::hypot(double{samples.r[i]}, double{z})));
       }
     }
     envelope_at(samples, batch.z.data(), batch.weight.data());

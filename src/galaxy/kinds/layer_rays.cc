@@ -181,8 +181,8 @@ ColumnScale Layer::warped_column_scale(const double nearest[3], const double dir
   double scale = HUGE_VAL, nearest_axis = HUGE_VAL;
   const auto add = [&](double cosine, double r) {
     const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
-    scale = std::min(scale, column_lengths *
-                                std::min(shortest, length(shortest * cosine, shape_.z0 * sine)));
+    scale = std::min(
+        scale, column_lengths * std::min(shortest, length(shortest * cosine, shape_.z0 * sine)));
     if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
       scale = std::min(
           scale, length(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
@@ -202,9 +202,7 @@ ColumnScale Layer::warped_column_scale(const double nearest[3], const double dir
   if (nearest_axis == HUGE_VAL) add(0, from_axis);
   const double r = nearest_axis;
   if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * shortest));
-  return {.envelope = scale,
-          .texture = texture_scale(r),
-          .brightness = std::min(brightness, 1.0)};
+  return {.envelope = scale, .texture = texture_scale(r), .brightness = std::min(brightness, 1.0)};
 }
 
 /// A ray through a layer, in the coordinates of RadialLaw::stretch().

@@ -54,17 +54,18 @@ HWY_EXPORT(Lift);
 namespace {
 
 BoundTable warp_keys(LayerWarp& p) {
-  return {{p.height, "warp_height", "galaxy radii", Interval::closed(0, 1).usual(0, 0.5),
-           "height to which the warped plane rises at the galaxy's edge; 0 for a flat layer"},
-          {p.begin, "warp_begin", "galaxy radii", Interval::closed(0, 0.9).usual(0, 0.8),
-           "radius within which the plane is flat"},
-          {p.power, "warp_power", "", Interval::closed(1, 10).usual(1, 4),
-           "p: the plane rises as (r - warp_begin)^p; with 1 from the centre on it is tilted"},
-          {p.angle, "warp_angle", "deg", Interval::any().usual(-180, 180),
-           "azimuth of the line of nodes, from the x axis towards y; the plane is highest 90 "
-           "degrees further"},
-          {p.twist, "warp_twist", "deg/galaxy radius", Interval::closed(-1000, 1000).usual(-400, 400),
-           "turn of the line of nodes with the radius, from warp_begin on"}};
+  return {
+      {p.height, "warp_height", "galaxy radii", Interval::closed(0, 1).usual(0, 0.5),
+       "height to which the warped plane rises at the galaxy's edge; 0 for a flat layer"},
+      {p.begin, "warp_begin", "galaxy radii", Interval::closed(0, 0.9).usual(0, 0.8),
+       "radius within which the plane is flat"},
+      {p.power, "warp_power", "", Interval::closed(1, 10).usual(1, 4),
+       "p: the plane rises as (r - warp_begin)^p; with 1 from the centre on it is tilted"},
+      {p.angle, "warp_angle", "deg", Interval::any().usual(-180, 180),
+       "azimuth of the line of nodes, from the x axis towards y; the plane is highest 90 "
+       "degrees further"},
+      {p.twist, "warp_twist", "deg/galaxy radius", Interval::closed(-1000, 1000).usual(-400, 400),
+       "turn of the line of nodes with the radius, from warp_begin on"}};
 }
 
 double rise(const LayerWarp& warp, double r) {

@@ -45,8 +45,8 @@ double mean_taper(double r, double h, double lift) {
     return 0.5 * sech * sech * taper_at(std::hypot(r, h * u + lift));
   };
   double sum = 0.5 * (std::tanh(share(inner)) - std::tanh(share(-inner)));
-  for (const auto& [from, to] : {std::pair(share(-outer), share(-inner)),
-                                 std::pair(share(inner), share(outer))}) {
+  for (const auto& [from, to] :
+       {std::pair(share(-outer), share(-inner)), std::pair(share(inner), share(outer))}) {
     // Most light is within 3 h of the mid-plane.
     double begin = from;
     for (const double middle : {-3.0, 0.0, 3.0, to}) {

@@ -36,10 +36,10 @@ struct LayerShape {
 /// The base of disk, stars and dust: a layer wound along the arms,
 ///   envelope = (z0/h) sech^2((z - l)/h) f (1 - exp(-(m/inner)^4)) L taper (1 - Delta/pi)^A_w,
 ///   h = z0 exp(flare r),   L = 1 + lopsidedness r cos(phi - lopsided_angle),
-/// where l(r, phi) is the lift of LayerWarp, f(m) is that of RadialLaw, exp(-r/rh) by default, and
-/// Delta in [0, pi] is the angle to the
-/// nearest arm centre theta(r) + offset_i + delta. Arms with courses of their own have the factor F
-/// of ArmCourses instead of the last one. [GAMER Eqs. 11, 13, without hole and taper]
+/// where f(m) is that of RadialLaw, exp(-r/rh) by default, and Delta in [0, pi] is the angle to the
+/// nearest arm centre theta(r) + offset_i + delta. The lift l(r, phi) is that of LayerWarp. Arms
+/// with courses of their own have the factor F of ArmCourses instead of the last one. [GAMER Eqs.
+/// 11, 13, without hole, lift and taper]
 class Layer : public Component {
  public:
   /// Smallest scale height, limited by single precision of places along oblique rays. Columns at
@@ -121,7 +121,7 @@ class Layer : public Component {
   ArmPattern arms_;
   double steepest_winding_;  ///< steepest winding of the arms where the layer is bright
   double largest_shear_;
-  double log_peak_;  ///< ln of law_.peak()
+  double log_peak_;         ///< ln of law_.peak()
   double texture_stretch_;  ///< largest stretch of the texture by the warp where it is bright
   mutable std::once_flag has_node_radius_;
   mutable std::vector<float> node_radius_;  ///< of a cloud: quantiles of law_, once it is needed
