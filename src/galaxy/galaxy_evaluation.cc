@@ -85,10 +85,10 @@ void TurnBack(std::size_t size, const float* x, const float* y, const float* win
   }
 }
 
-/// `footprints` and `coherence` may be null.
-void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float threshold, float twirl,
-             bool has_winding, const float* footprints, float footprint_scale,
-             const float* coherence, CompactedPoints& out) {
+/// `heights` replace z. `footprints` and `coherence` may be null.
+void Compact(const SampleBatch& batch, const float* heights, const float* HWY_RESTRICT need,
+             float threshold, float twirl, bool has_winding, const float* footprints,
+             float footprint_scale, const float* coherence, CompactedPoints& out) {
   const hn::ScalableTag<float> d;
   const hn::RebindToSigned<decltype(d)> di;
   const std::size_t lanes = hn::Lanes(d);
@@ -108,7 +108,7 @@ void Compact(const SampleBatch& batch, const float* HWY_RESTRICT need, float thr
     const auto fade = hn::Min(hn::Mul(hn::Sub(value, limit), fade_scale), hn::Set(d, 1.0f));
     keep(hn::Load(d, batch.x.data() + i), mask, out.x);
     keep(hn::Load(d, batch.y.data() + i), mask, out.y);
-    keep(hn::Load(d, batch.z.data() + i), mask, out.z);
+    keep(hn::Load(d, heights + i), mask, out.z);
     if (has_winding) keep(hn::Load(d, batch.winding.data() + i), mask, out.winding);
     keep(fade, mask, out.fade);
     if (footprints != nullptr) {
@@ -212,6 +212,16 @@ Points Galaxy::turn_back(const Points& points, double twirl, BatchArray& x, Batc
   return {x.data(), y.data(), z.data(), points.size};
 }
 
+void Galaxy::add_lift(std::size_t c, const Points& points, float sign, float* z) const {
+  if (!components_[c]->is_warped()) return;
+  SampleBatch batch;
+  BatchArray lift;
+  batch.size = points.size;
+  HWY_DYNAMIC_DISPATCH(FillBatch)(points, true, batch);
+  components_[c]->lift(batch, lift.data());
+  for (std::size_t i = 0; i < padded(points.size); ++i) z[i] += sign * lift[i];
+}
+
 void Galaxy::look_up(const DustClosure::ByObliquity& tables, std::size_t size,
                      const BatchArray& log_footprints, const BatchArray& obliquity,
                      BatchArray& out) {
@@ -245,8 +255,15 @@ void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need
   const Component& component = *components_[c];
   const Texture& texture = *component.texture();
   CompactedPoints points;
+  const float* heights = batch.z.data();
+  BatchArray above;
+  if (component.is_warped()) {
+    component.lift(batch, above.data());
+    for (std::size_t i = 0; i < padded(batch.size); ++i) above[i] = batch.z[i] - above[i];
+    heights = above.data();
+  }
   HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, need.data(), threshold, static_cast<float>(texture.twirl()), needs_winding_,
+  (batch, heights, need.data(), threshold, static_cast<float>(texture.twirl()), needs_winding_,
    footprints != nullptr ? footprints->data() : nullptr,
    static_cast<float>(component.footprint_scale()),
    coherence != nullptr ? coherence->data() : nullptr, points);

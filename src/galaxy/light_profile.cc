@@ -56,11 +56,21 @@ Column add_up(const Component& component, const Grid& grid, double r) {
   Column result;
   SampleBatch batch{};
   std::array<double, batch_capacity> weight{};
+  // Heights are those above the mid-plane of a warped component.
+  const auto lift = [&] {
+    BatchArray lifted;
+    component.lift(batch, lifted.data());
+    for (std::size_t i = 0; i < batch.size; ++i) {
+      batch.z[i] += lifted[i];
+      batch.taper[i] = static_cast<float>(taper_at(std::hypot(r, double{batch.z[i]})));
+    }
+  };
   const auto flush = [&] {
     for (std::size_t i = batch.size; i < padded(batch.size); ++i) {
       batch.x[i] = batch.y[i] = batch.z[i] = batch.r[i] = 1;
       batch.azimuth[i] = batch.winding[i] = batch.taper[i] = 0;
     }
+    if (component.is_warped()) lift();
     BatchArray envelope;
     component.envelope(batch, envelope.data());
     for (std::size_t i = 0; i < batch.size; ++i) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -55,14 +56,27 @@ double radial(const LayerShape& shape, double m) {
   return value;
 }
 
-/// The envelope as the class comments say.
-double envelope(const LayerShape& shape, const ArmPattern& arms, double r, double phi, double z) {
+/// The height of the mid-plane above z = 0.
+double lift(const LayerShape& shape, double r, double phi) {
+  const LayerWarp& warp = shape.warp;
+  if (r <= warp.begin) return 0;
+  return warp.height * std::pow((r - warp.begin) / (1 - warp.begin), warp.power) *
+         std::sin(phi - warp.angle - warp.twist * (r - warp.begin));
+}
+
+/// The integral of the envelope along z without the taper, times 1/(2 z0).
+double surface(const LayerShape& shape, const ArmPattern& arms, double r, double phi) {
   const double away = phi - shape.radial.position_angle;
   const double m = r * std::hypot(std::cos(away), std::sin(away) / shape.radial.axis_ratio);
+  return radial(shape, m) * (1 + shape.lopsidedness * r * std::cos(phi - shape.lopsided_angle)) *
+         arm_modifier(shape, arms, r, phi);
+}
+
+/// The envelope as the class comments say.
+double envelope(const LayerShape& shape, const ArmPattern& arms, double r, double phi, double z) {
   const double h = shape.z0 * std::exp(shape.flare * r);
-  double value = radial(shape, m) * shape.z0 / h / std::pow(std::cosh(z / h), 2);
-  value *= 1 + shape.lopsidedness * r * std::cos(phi - shape.lopsided_angle);
-  return value * taper(std::hypot(r, z)) * arm_modifier(shape, arms, r, phi);
+  const double cosh = std::cosh((z - lift(shape, r, phi)) / h);
+  return surface(shape, arms, r, phi) * shape.z0 / h / (cosh * cosh) * taper(std::hypot(r, z));
 }
 
 /// A batch as the galaxy makes it.
@@ -95,6 +109,11 @@ LayerShape uneven(LayerShape shape, double flare, double lopsidedness) {
   shape.flare = flare;
   shape.lopsidedness = lopsidedness;
   shape.lopsided_angle = 0.8;
+  return shape;
+}
+
+LayerShape warped(LayerShape shape, const LayerWarp& warp) {
+  shape.warp = warp;
   return shape;
 }
 
@@ -154,7 +173,15 @@ std::vector<Case> cases() {
        "model = \"logarithmic\"\ncount = 1\npitch_angle = 25"},
       {"everything",
        uneven(with({0.03, 0.25, 0.2, 1, 0.3}, ring_at(0.4, 0.1, 0.2, 0.5, 2)), 3, 0.5),
-       "model = \"logarithmic\"\ncount = 3\npitch_angle = 20"}};
+       "model = \"logarithmic\"\ncount = 3\npitch_angle = 20"},
+      {"tilt", warped({0.02, 0.2, 0, 0, 0}, {0.6, 0, 1, 1, 0}), ""},
+      {"warp", warped({0.02, 0.2, 0.1, 0, 0}, {0.3, 0.3, 2, -2, 3}), ""},
+      {"late warp", warped({0.02, 0.3, 0, 0, 0}, {0.4, 0.7, 1.5, 0, 0}), ""},
+      {"warped arms", warped(uneven({0.02, 0.25, 0, 2, 0}, 1, 0.4), {0.3, 0.1, 3, 0.5, -4}),
+       "model = \"logarithmic\"\ncount = 2"},
+      {"warped ring",
+       warped(with({0.02, 0.2, 0, 0, 0}, ring_at(0.6, 0.05, 0.1, 0.7, 1)), {0.5, 0.2, 1, 2, 1}),
+       ""}};
 }
 
 TEST(Layer, EnvelopeOnEveryTarget) {
@@ -169,8 +196,9 @@ TEST(Layer, EnvelopeOnEveryTarget) {
         batch.size = batch_capacity;
         for (std::size_t i = 0; i < batch_capacity; ++i) {
           const auto u = [&](std::uint64_t k) { return to_unit(hash_words({b, i, k})); };
-          const double z = 4 * c.shape.z0 * (2 * u(2) - 1);
-          fill(batch, i, u(0), 2 * pi * (u(1) - 0.5), z);
+          const double phi = 2 * pi * (u(1) - 0.5);
+          const double z = 4 * c.shape.z0 * (2 * u(2) - 1) + lift(c.shape, u(0), phi);
+          fill(batch, i, u(0), phi, z);
         }
         arms.winding(batch.r.data(), batch.size, batch.winding.data());
         BatchArray out;
@@ -183,7 +211,9 @@ TEST(Layer, EnvelopeOnEveryTarget) {
       // Rounding of m counts by the law's slope.
       const double slope = c.shape.radial.is_round() ? 0 : 1 / layer.law().length();
       const double bent = c.shape.radial.is_broken() ? 1e-7 : 0;
-      EXPECT_LT(worst, 4e-7 + 1.5e-7 * c.shape.arm_width + bent + 6e-8 * slope);
+      // The error of the lift counts by the steepest slope of sech^2, 0.77/z0.
+      const double lifted = c.shape.warp.height * 3e-7 * 0.77 / c.shape.z0;
+      EXPECT_LT(worst, 4e-7 + 1.5e-7 * c.shape.arm_width + bent + 6e-8 * slope + lifted);
     });
   }
 }
@@ -217,6 +247,8 @@ TEST(Layer, BrightnessBoundsNeighbours) {
   shapes.push_back({0.01, 0.2, 0, 0, 0});
   shapes.back().radial.ring_radius = 0.4;
   shapes.back().radial.ring_width = shapes.back().radial.ring_outer_width = 0.03;
+  shapes.push_back(warped({0.05, 0.2, 0, 0, 0}, {0.6, 0, 1, 1, 0}));
+  shapes.push_back(warped({0.05, 0.2, 0, 0, 0}, {0.5, 0.2, 2, 1, 4}));
   for (const LayerShape& shape : shapes) {
     const Layer layer(shape, ArmPattern());
     const auto share = [&](const glm::dvec3& place) {
@@ -299,20 +331,40 @@ TEST(Layer, IntegralsOfOtherLaws) {
       integral(uneven(with({0.03, 0.25, 0.2, 0, 0}, ring_at(0.4, 0.1, 0.2, 0.5, 1)), 3, 0.5)) /
           0.0331306076,
       1, 1e-6);
+  EXPECT_NEAR(integral(warped({0.03, 0.25, 0, 0, 0}, {0.4, 0.2, 2, 0.5, 2})) / 0.0198546334, 1,
+              1e-6);
+  EXPECT_NEAR(
+      integral(warped(with({0.03, 0.2, 0, 0, 0}, ring_at(0.6, 0.1, 0.1)), {0.6, 0, 1, 1, 0})) /
+          0.0522020735,
+      1, 1e-6);
+  EXPECT_NEAR(
+      integral(warped(uneven({0.03, 0.3, 0, 0, 0}, 1, 0.5), {0.4, 0.3, 1.5, 2, -3})) / 0.0257976728,
+      1, 1e-6);
+}
+
+/// The means of the taper and of the taper times |z - lift| along z, weighted with sech^2.
+std::pair<double, double> tapered(const LayerShape& shape, double r, double lift, int vertical) {
+  const double h = shape.z0 * std::exp(shape.flare * r);
+  std::pair<double, double> sums;
+  for (int j = 0; j < 2 * vertical; ++j) {
+    const double height = h * std::atanh((j + 0.5) / vertical - 1);
+    const double own = taper(std::hypot(r, height + lift)) / (2 * vertical);
+    sums.first += own;
+    sums.second += own * std::abs(height);
+  }
+  return sums;
 }
 
 /// The sum over a ring of r times the mean envelope along z, in units of the steps.
 double uneven_ring(const LayerShape& shape, const ArmPattern& arms, double r, int azimuthal,
                    int vertical) {
-  const double h = shape.z0 * std::exp(shape.flare * r);
-  double plane = 0, column = 0;
+  double sum = 0, column = tapered(shape, r, 0, vertical).first;
   for (int k = 0; k < azimuthal; ++k) {
-    plane += envelope(shape, arms, r, 2 * pi * (k + 0.5) / azimuthal, 0) / taper(r) * h;
+    const double phi = 2 * pi * (k + 0.5) / azimuthal, own_lift = lift(shape, r, phi);
+    if (own_lift != 0) column = tapered(shape, r, own_lift, vertical).first;
+    sum += surface(shape, arms, r, phi) * column;
   }
-  for (int j = 0; j < vertical; ++j) {
-    column += taper(std::hypot(r, h * std::atanh((j + 0.5) / vertical)));
-  }
-  return r * plane * column;
+  return r * shape.z0 * vertical * sum;
 }
 
 TEST(Layer, IntegralByBruteForce) {
@@ -321,7 +373,7 @@ TEST(Layer, IntegralByBruteForce) {
     const ArmPattern arms = arms_of(c.arms);
     const Layer layer(c.shape, arms);
     // z = z0 atanh(v); uneven numbers of cells, so that no rule is that of the code.
-    constexpr int radial = 401, azimuthal = 1201, vertical = 61;
+    const int radial = 401, azimuthal = layer.is_warped() ? 151 : 1201, vertical = 61;
     double sum = 0;
     for (int i = 0; i < radial; ++i) {
       const double r = (i + 0.5) / radial;
@@ -434,18 +486,15 @@ TEST(Layer, CloudOfAnUnevenLayer) {
         add(cloud, batch.weight[i], batch.x[i], batch.y[i], std::abs(batch.z[i]));
       }
     }
-    constexpr int radial = 300, azimuthal = 360, vertical = 200;
+    const int radial = 300, azimuthal = 360, vertical = layer.is_warped() ? 50 : 200;
     for (int i = 0; i < radial; ++i) {
-      const double r = (i + 0.5) / radial, h = c.shape.z0 * std::exp(c.shape.flare * r);
-      double column = 0, heights = 0;
-      for (int j = 0; j < vertical; ++j) {
-        const double z = h * std::atanh((j + 0.5) / vertical);
-        column += taper(std::hypot(r, z));
-        heights += taper(std::hypot(r, z)) * z;
-      }
+      const double r = (i + 0.5) / radial;
+      auto [column, heights] = tapered(c.shape, r, 0, vertical);
       for (int k = 0; k < azimuthal; ++k) {
-        const double phi = 2 * pi * (k + 0.5) / azimuthal;
-        const double plane = r * envelope(c.shape, arms, r, phi, 0) / taper(r) * h;
+        const double phi = 2 * pi * (k + 0.5) / azimuthal, own_lift = lift(c.shape, r, phi);
+        if (own_lift != 0) std::tie(column, heights) = tapered(c.shape, r, own_lift, vertical);
+        const double plane = r * surface(c.shape, arms, r, phi);
+        if (column == 0) continue;
         add(grid, plane * column, r * std::cos(phi), r * std::sin(phi), heights / column);
       }
     }

@@ -211,7 +211,8 @@ TEST(StarField, BoundsAreNotBelowTheEnvelope) {
        {"rh = 0.3\ninner = 0.2", "rh = 0.2\nbreak_radius = 0.4\nouter_rh = 0.4",
         "ring_radius = 0.5\nring_width = 0.05\nring_outer_width = 0.1",
         "ring_radius = 0.4\naxis_ratio = 0.5\nposition_angle = 30\ninner = 0.3",
-        "rh = 0.3\nflare = 3\nlopsidedness = 0.8\nlopsided_angle = 120"}) {
+        "rh = 0.3\nflare = 3\nlopsidedness = 0.8\nlopsided_angle = 120",
+        "rh = 0.4\nwarp_height = 0.4\nwarp_begin = 0.2\nwarp_twist = 200\nflare = 0.5"}) {
     SCOPED_TRACE(keys);
     const auto galaxy = parse_galaxy(field_text(keys + "\nz0 = 0.05\nnoise = false"));
     const StarField& field = field_of(*galaxy);

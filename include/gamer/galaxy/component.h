@@ -175,6 +175,13 @@ class Component {
   virtual bool hides_texture(double /*footprint*/) const { return false; }
   /// Whether a galaxy's seed changes the component.
   virtual bool depends_on_seed() const { return texture_ != nullptr; }
+  /// Whether the mid-plane leaves z = 0. Heights above it then replace z in the texture and in the
+  /// points of clouds and columns.
+  virtual bool is_warped() const { return false; }
+  /// Heights of the mid-plane above z = 0 at the radii and azimuths of a batch.
+  virtual void lift(const SampleBatch& batch, float* out) const {
+    std::fill_n(out, padded(batch.size), 0.0f);
+  }
   virtual bool needs_azimuth() const { return false; }
   /// Whether the envelope changes around the axis.
   virtual bool varies_around_axis() const { return needs_azimuth(); }

@@ -90,6 +90,9 @@ class Galaxy {
   double mean_error() const { return mean_error_; }
   /// Fills the quantities of points that components share.
   void fill_batch(const Points& points, bool wants_shear, SampleBatch& batch) const;
+  /// Adds `sign` times the heights of component c's mid-plane above z = 0, at points that are not
+  /// turned.
+  void add_lift(std::size_t c, const Points& points, float sign, float* z) const;
   /// Turns points, which a component's twirl has already turned back, back by a further `twirl`.
   /// The arrays x, y, z hold the result.
   Points turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,

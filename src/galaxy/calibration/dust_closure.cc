@@ -119,6 +119,7 @@ void add_light(const Galaxy& galaxy, std::size_t c, WeightedBatch& at, BatchArra
   // The trapezoidal rule in ln z; the first interval begins in the plane.
   for (double z = lowest_light; z < 1; z *= light_ratio) {
     std::fill_n(at.z.data(), batch_capacity, static_cast<float>(z));
+    galaxy.add_lift(c, at.points(), 1, at.z.data());
     galaxy.fill_batch(at.points(), false, batch);
     const bool is_first = z == lowest_light;
     const double step = z * std::log(light_ratio) * (is_first ? 0.5 : 1) + (is_first ? z : 0);
@@ -193,8 +194,10 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
     }
     std::fill_n(z.data(), batch_capacity, cloud.heights[k]);
     const Points points{x.data(), y.data(), z.data(), at.size};
+    BatchArray lifted = z;
+    galaxy.add_lift(c, points, 1, lifted.data());
     SampleBatch batch;
-    galaxy.fill_batch(points, false, batch);
+    galaxy.fill_batch({x.data(), y.data(), lifted.data(), at.size}, false, batch);
     BatchArray envelope;
     dust.envelope(batch, envelope.data());
     to_steps(static_cast<float>(scale) * cloud.steps[k], points, envelope, x, y, z);

@@ -469,7 +469,8 @@ double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) cons
       const double angle = 2 * std::numbers::pi * u[1];
       x[i] = static_cast<float>(r * std::cos(angle));
       y[i] = static_cast<float>(r * std::sin(angle));
-      z[i] = static_cast<float>(bright_heights * shape.z0 * (2 * u[2] - 1));
+      z[i] = static_cast<float>(bright_heights * shape.z0 * (2 * u[2] - 1) +
+                                shape.warp.lift(double{x[i]}, double{y[i]}));
     }
     const Points points{x.data(), y.data(), z.data(), batch_capacity};
     galaxy_.evaluate_component(c, points, 0, density, counts);

@@ -80,7 +80,19 @@ Points SeenTextures::turn_to_followed(std::size_t c, const Points& points, Batch
   // The cloud is turned by this component's twirl; the followed noise has its own.
   const Texture* texture = at(c).texture();
   const double twirl = texture != nullptr ? texture->twirl() : 0.0;
-  return galaxy_->turn_back(points, followed_by(c).texture()->twirl() - twirl, x, y, z);
+  const double followed_twirl = followed_by(c).texture()->twirl();
+  if (!at(c).is_warped() && !followed_by(c).is_warped()) {
+    return galaxy_->turn_back(points, followed_twirl - twirl, x, y, z);
+  }
+  // Heights above one mid-plane become heights above the other at the place itself.
+  BatchArray heights;
+  std::copy_n(points.z, padded(points.size), heights.data());
+  const Points place = galaxy_->turn_back(points, -twirl, x, y, z);
+  galaxy_->add_lift(c, place, 1, heights.data());
+  galaxy_->add_lift(static_cast<std::size_t>(galaxy_->followed(c)), place, -1, heights.data());
+  BatchArray place_x = x, place_y = y;
+  return galaxy_->turn_back({place_x.data(), place_y.data(), heights.data(), points.size},
+                            followed_twirl, x, y, z);
 }
 
 void SeenTextures::fill_shear(const Points& points, BatchArray& out) const {

@@ -59,7 +59,7 @@ class Associations : public Layer {
   }
 
  private:
-  /// The envelope at points, which is 0 outside the ball.
+  /// The envelope at points whose z are heights above the mid-plane. It is 0 outside the ball.
   void envelope_at(const Points& points, float* out) const {
     SampleBatch batch{};
     batch.size = points.size;
@@ -69,6 +69,13 @@ class Associations : public Layer {
       batch.z[i] = points.z[i];
       batch.r[i] = std::hypot(batch.x[i], batch.y[i]);
       batch.azimuth[i] = std::atan2(batch.y[i], batch.x[i]);
+    }
+    if (is_warped()) {
+      BatchArray lifted;
+      lift(batch, lifted.data());
+      for (std::size_t i = 0; i < batch.size; ++i) batch.z[i] += lifted[i];
+    }
+    for (std::size_t i = 0; i < batch.size; ++i) {
       batch.taper[i] =
           static_cast<float>(taper_at(std::hypot(double{batch.r[i]}, double{batch.z[i]})));
     }
@@ -76,7 +83,7 @@ class Associations : public Layer {
     Layer::envelope(batch, out);
   }
 
-  /// The envelope in the plane.
+  /// The envelope in the mid-plane.
   SurfaceDensity surface_density() const {
     SurfaceDensity density{density_points, std::vector<float>(density_points * density_points)};
     BatchArray x{}, y{}, z{}, envelope;

@@ -54,13 +54,15 @@ HWY_INLINE V DistanceToMultiple(D d, V angle, double period) {
 }
 
 /// The envelope, with an absolute error below 4e-7 + 1.5e-7 A_w for exact coordinates and windings.
-void LayerEnvelope(const SampleBatch& batch, const LayerKernelInput& in, float* HWY_RESTRICT out) {
+/// The points are `heights` above the mid-plane.
+void LayerEnvelope(const SampleBatch& batch, const float* heights, const LayerKernelInput& in,
+                   float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
   constexpr double full_turn = 2 * std::numbers::pi;
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
     const auto r = hn::Load(d, batch.r.data() + i);
-    auto z = hn::Abs(hn::Load(d, batch.z.data() + i));
+    auto z = hn::Abs(hn::Load(d, heights + i));
     const auto thinning = hn::Mul(r, hn::Set(d, -in.flare));
     if (in.flare > 0) z = hn::Mul(z, Exp2(d, thinning));
     auto value = SquaredSech(d, Exp2(d, hn::Mul(z, hn::Set(d, in.z_factor))));
@@ -131,6 +133,9 @@ constexpr double bright_height = 3.5;
 // Intervals between radii at which the mean of arms that vary is known.
 constexpr std::size_t mean_intervals = 256;
 
+// Scale lengths within which the slope of a warp decides how far its texture is stretched.
+constexpr double bright_lengths = 4;
+
 // Radius outside which the steepest winding sets the texture's frequency.
 constexpr double twirl_core = 0.1;
 
@@ -168,7 +173,9 @@ Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
       arms_(arms),
       steepest_winding_(arms.steepest_winding(twirl_core)),
       largest_shear_(arms.largest_shear()),
-      log_peak_(std::log(law_.peak())) {}
+      log_peak_(std::log(law_.peak())),
+      texture_stretch_(
+          stretch_of(shape.warp.steepest(std::min(law_.limit(-bright_lengths), 1.0)))) {}
 
 namespace {
 
@@ -203,7 +210,8 @@ BoundTable asymmetry_keys(LayerShape& p) {
 }  // namespace
 
 ParameterTable Layer::parameters() {
-  return declarations(layer_keys) + RadialLaw::parameters() + declarations(asymmetry_keys);
+  return declarations(layer_keys) + RadialLaw::parameters() + declarations(asymmetry_keys) +
+         LayerWarp::parameters();
 }
 
 LayerShape Layer::read_shape(const ComponentInput& input, bool has_arm_width) {
@@ -214,10 +222,19 @@ LayerShape Layer::read_shape(const ComponentInput& input, bool has_arm_width) {
   shape.shift = std::remainder(shape.shift, 360.0) * degree;
   shape.radial = RadialLaw::read(values, input.context);
   shape.lopsided_angle = std::remainder(shape.lopsided_angle, 360.0) * degree;
+  shape.warp = LayerWarp::read(values);
   return shape;
 }
 
 void Layer::envelope(const SampleBatch& batch, float* out) const {
+  if (!is_warped()) return envelope_at(batch, batch.z.data(), out);
+  BatchArray heights;
+  lift(batch, heights.data());
+  for (std::size_t i = 0; i < padded(batch.size); ++i) heights[i] = batch.z[i] - heights[i];
+  envelope_at(batch, heights.data(), out);
+}
+
+void Layer::envelope_at(const SampleBatch& batch, const float* heights, float* out) const {
   LayerKernelInput in{};
   in.z_factor = static_cast<float>(-2 / shape_.z0 / std::numbers::ln2);
   in.law = RadialConstants(shape_.rh, shape_.radial);
@@ -232,7 +249,7 @@ void Layer::envelope(const SampleBatch& batch, float* out) const {
   in.offsets = arms_.offsets().data();
   in.offset_count = arms_.offsets().size();
   if (follows_courses()) in.courses = profile().input(*arms_.courses());
-  HWY_DYNAMIC_DISPATCH(LayerEnvelope)(batch, in, out);
+  HWY_DYNAMIC_DISPATCH(LayerEnvelope)(batch, heights, in, out);
 }
 
 ArmProfile Layer::profile() const { return {shape_.arm_width, arms_.courses()->trunks()}; }
@@ -280,7 +297,7 @@ double Layer::envelope_integral() const {
 double Layer::uneven_integral() const {
   // Midpoint rules in t and psi, m = end t^2, over the envelope in the plane.
   constexpr int radial = 500;
-  const std::size_t azimuthal = follows_arms() ? 512 : 32;
+  const std::size_t azimuthal = follows_arms() ? 512 : is_warped() ? 64 : 32;
   // The mean taper at equal steps of r, between which it is linear.
   constexpr std::size_t steps = 1500;
   std::vector<double> tapers(steps + 2, 0.0);
@@ -292,6 +309,13 @@ double Layer::uneven_integral() const {
     const double at = std::min(r, 1.0) * steps;
     const auto k = static_cast<std::size_t>(at);
     return std::lerp(tapers[k], tapers[k + 1], at - static_cast<double>(k));
+  };
+  // In the mid-plane of a warp the taper depends on the azimuth too.
+  const auto taper_in = [&](const SampleBatch& batch, std::size_t k) {
+    const double r = double{batch.r[k]}, azimuth = double{batch.azimuth[k]};
+    if (!is_warped()) return taper_of(r);
+    return mean_taper(r, shape_.z0 * shape_.flare_at(r),
+                      shape_.warp.lift(r * std::cos(azimuth), r * std::sin(azimuth)));
   };
   double sum = 0;
   SampleBatch batch{};
@@ -309,10 +333,10 @@ double Layer::uneven_integral() const {
       }
       place(batch, flare);
       for (std::size_t k = 0; k < batch.size; ++k) {
-        batch.taper[k] = flare[k] * static_cast<float>(taper_of(double{batch.r[k]}));
+        batch.taper[k] = flare[k] * static_cast<float>(taper_in(batch, k));
       }
       arms_.winding(batch.r.data(), batch.size, batch.winding.data());
-      envelope(batch, values.data());
+      envelope_at(batch, batch.z.data(), values.data());
       for (std::size_t k = 0; k < batch.size; ++k) sum += t * m * double{values[k]};
     }
   }
@@ -375,8 +399,15 @@ Cloud Layer::cloud(std::size_t size) const {
     place(samples, weight);
     arms_.winding(samples.r.data(), samples.size, samples.winding.data());
     HWY_DYNAMIC_DISPATCH(PlaceCloud)(samples, share, drawn->input, batch, samples.taper);
-    samples.z = batch.z;
-    envelope(samples, batch.weight.data());
+    if (is_warped()) {
+      lift(samples, samples.z.data());
+      for (std::size_t i = 0; i < batch.size; ++i) {
+        const float z = batch.z[i] + samples.z[i];
+        samples.taper[i] =
+            static_cast<float>(taper_at(std::hypot(double{samples.r[i]}, double{z})));
+      }
+    }
+    envelope_at(samples, batch.z.data(), batch.weight.data());
     for (std::size_t i = 0; i < batch.size; ++i) batch.weight[i] *= weight[i];
   };
   return {(drawn->count + batch_capacity - 1) / batch_capacity, fill};

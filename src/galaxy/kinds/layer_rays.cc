@@ -6,6 +6,7 @@
 
 #include "galaxy/arm_courses.h"
 #include "galaxy/kinds/ray_cuts.h"
+#include "galaxy/kinds/warped_ray.h"
 #include "gamer/galaxy/kinds/layer.h"
 #include "gamer/noise/footprint.h"
 
@@ -70,7 +71,7 @@ double plane_radius(const double nearest[3], const double direction[3]) {
 
 double Layer::texture_frequency() const {
   if (texture() == nullptr) return 0;
-  const double frequency = texture()->frequency();
+  const double frequency = texture()->frequency() * texture_stretch_;
   const double twirl = texture()->twirl();
   return twirl != 0 ? frequency * length(1.0, twirl * steepest_winding_) : frequency;
 }
@@ -110,8 +111,19 @@ double Layer::brightness(const double nearest[3], const double direction[3], dou
   return near.largest(across > 0 ? 1 / across : far, bound);
 }
 
+double Layer::texture_scale(double r) const {
+  // Arms extend over many rays, whose errors average out like those of a texture.
+  const double frequency = texture_frequency();
+  const double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
+  if (!follows_arms()) return texture;
+  const double fall = follows_courses() ? profile().width : std::numbers::pi / shape_.arm_width;
+  const double period = r > 0 ? arm_lengths * fall * r / length(1.0, arms_.shear(r)) : 0.0;
+  return std::min(texture, std::max(period, finest_arm));
+}
+
 ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
                                 double reach) const {
+  if (is_warped()) return warped_column_scale(nearest, direction, reach);
   const double distance = length(nearest[0], nearest[1], nearest[2]);
   if (distance - reach > std::max(law_.limit(-seen_lengths), seen_lengths * shape_.z0)) return {};
   const double largest_flare = shape_.flare_at(std::min(law_.limit(-seen_lengths), 1.0));
@@ -129,17 +141,68 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   }
   const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
   if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * shortest));
-  // Arms extend over many rays, whose errors average out like those of a texture.
-  const double frequency = texture_frequency();
-  double texture = frequency > 0 ? texture_periods / frequency : HUGE_VAL;
-  if (follows_arms()) {
-    const double fall = follows_courses() ? profile().width : std::numbers::pi / shape_.arm_width;
-    const double period = r > 0 ? arm_lengths * fall * r / length(1.0, arms_.shear(r)) : 0.0;
-    texture = std::min(texture, std::max(period, finest_arm));
-  }
   return {.envelope = scale,
-          .texture = texture,
+          .texture = texture_scale(r),
           .brightness = std::min(brightness(nearest, direction, reach), 1.0)};
+}
+
+ColumnScale Layer::warped_column_scale(const double nearest[3], const double direction[3],
+                                       double reach) const {
+  const double distance = length(nearest[0], nearest[1], nearest[2]);
+  const double r_limit = std::min(law_.limit(-seen_lengths), 1.0);
+  const double farthest = std::max(law_.limit(-seen_lengths), seen_lengths * shape_.z0);
+  if (distance - reach > farthest + shape_.warp.most(r_limit)) return {};
+  // Neighbours enter the ball where this ray may not.
+  const double inside = std::max(distance - reach, 0.0);
+  const double far = std::sqrt(std::max(1 - inside * inside, 0.0));
+  const double steepest = shape_.warp.steepest(1);
+  const WarpedRay warped(shape_.warp, nearest, direction, -far, far, steepest);
+  double o[3], d[3];
+  law_.stretch(nearest, o);
+  law_.stretch(direction, d);
+  const auto m_at = [&](double t) { return length(o[0] + t * d[0], o[1] + t * d[1]); };
+  const auto height_at = [&](double m) { return shape_.z0 * shape_.flare_at(std::min(m, 1.0)); };
+  // The largest envelope on a step of the ray and its neighbours.
+  const double sideways = reach / shape_.radial.axis_ratio;
+  const double sinking = reach * length(1.0, steepest);
+  const double half_way = 0.5 * warped.step() * length(d[0], d[1]);
+  double brightness = 0;
+  for (int i = 0; i < WarpedRay::steps; ++i) {
+    const double m0 = m_at(warped.t_at(i)), m1 = m_at(warped.t_at(i + 1));
+    const double middle = 0.5 * (m0 + m1);
+    const double low = std::max(middle - half_way - sideways, 0.0);
+    const double high = middle + half_way + sideways;
+    const double above = std::max(warped.least(i) - sinking, 0.0);
+    const double cosh = std::cosh(std::min(above / height_at(high), 300.0));
+    brightness = std::max(brightness, law_.bound(low, high) / (law_.peak() * cosh * cosh));
+  }
+  if (brightness < std::exp(-2 * seen_heights)) return {};
+  const double shortest = law_.length() * shape_.radial.axis_ratio;
+  double scale = HUGE_VAL, nearest_axis = HUGE_VAL;
+  const auto add = [&](double cosine, double r) {
+    const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
+    scale = std::min(
+        scale, column_lengths * std::min(shortest, length(shortest * cosine, shape_.z0 * sine)));
+    if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
+      scale = std::min(
+          scale, length(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
+    }
+    nearest_axis = std::min(nearest_axis, std::max(r - reach, 0.0));
+  };
+  const double from_axis = std::abs(nearest[0] * direction[1] - nearest[1] * direction[0]) /
+                           std::max(length(direction[0], direction[1]), least_divisor);
+  for (const WarpedRay::Pass& pass : warped.passes()) {
+    const double x = nearest[0] + pass.t * direction[0], y = nearest[1] + pass.t * direction[1];
+    const double r = length(x, y);
+    if (r > 1 || pass.height - sinking > seen_heights * height_at(r)) continue;
+    // A neighbour that is closer to a fold passes at a smaller angle.
+    const double slope2 = std::max(pass.slope * pass.slope - 2 * pass.curvature * reach, 0.0);
+    add(std::min(std::sqrt(slope2) / length(1.0, shape_.warp.steepest(r)), 1.0), r);
+  }
+  if (nearest_axis == HUGE_VAL) add(0, from_axis);
+  const double r = nearest_axis;
+  if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * shortest));
+  return {.envelope = scale, .texture = texture_scale(r), .brightness = std::min(brightness, 1.0)};
 }
 
 /// A ray through a layer, in the coordinates of RadialLaw::stretch().
@@ -168,13 +231,27 @@ bool Layer::cut(const BallRay& ray, const Accuracy& accuracy, Path& path) const 
   const double r_limit = law_.limit(log_least);
   const double z_limit =
       shape_.z0 * shape_.flare_at(std::min(r_limit, 1.0)) * (std::numbers::ln2 - 0.5 * log_least);
-  if (!cut_slab(o[2], d[2], z_limit, path.begin, path.end)) return false;
+  const double slab = z_limit + shape_.warp.most(std::min(r_limit, 1.0));
+  if (!cut_slab(o[2], d[2], slab, path.begin, path.end)) return false;
   if (path.is_upright) return path.oo < r_limit * r_limit;
   const double root2 = path.od * path.od - path.dd * (path.oo - r_limit * r_limit);
   if (root2 <= 0) return false;
   const double root = std::sqrt(root2);
   path.begin = std::max(path.begin, (-path.od - root) * path.per_dd);
   path.end = std::min(path.end, (-path.od + root) * path.per_dd);
+  if (path.end <= path.begin) return false;
+  return !is_warped() || narrow(ray, z_limit, std::min(r_limit, 1.0), path);
+}
+
+bool Layer::narrow(const BallRay& ray, double limit, double radius, Path& path) const {
+  const WarpedRay warped(shape_.warp, ray.origin, ray.direction, path.begin, path.end,
+                         shape_.warp.steepest(radius));
+  int first = 0, last = WarpedRay::steps - 1;
+  while (first <= last && warped.least(first) > limit) ++first;
+  while (last >= first && warped.least(last) > limit) --last;
+  if (first > last) return false;
+  path.begin = warped.t_at(first);
+  path.end = std::min(warped.t_at(last + 1), path.end);
   return path.end > path.begin;
 }
 
@@ -193,9 +270,30 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
   const auto& [o, d, begin, end, dd, od, oo, is_upright, per_dd] = path;
   out.extend(begin, end);
   out.has_texture = out.has_texture || texture() != nullptr;
-  // The envelope is largest near the plane, shifted towards the axis along grazing rays. A ring has
-  // places of its own.
-  const bool is_ring = shape_.radial.is_ring();
+  if (is_warped()) {
+    add_warped_plane(ray, path, out);
+  } else {
+    add_plane(ray, path, out);
+  }
+  // A ring has places of its own.
+  if (shape_.radial.is_ring()) {
+    if (!is_upright) add_ring(path, out);
+    return;
+  }
+  // The cusp of exp(-r/rh) at the axis, and a hole.
+  const double axis = is_upright ? 0.5 * (begin + end) : -od * per_dd;
+  if (!is_upright && axis > begin && axis < end) {
+    const double impact2 = std::max(oo + od * axis, 0.0);
+    const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
+    const double width = std::sqrt(std::max(impact2 + finest * finest, least_divisor) * per_dd);
+    out.focuses.push_back({axis, width, nodes_per_arm_width / width});
+  }
+}
+
+void Layer::add_plane(const BallRay& ray, const Path& path, RayPlan& out) const {
+  const auto& [o, d, begin, end, dd, od, oo, is_upright, per_dd] = path;
+  // The envelope is largest near the plane, shifted towards the axis along grazing rays, but not in
+  // a ring.
   double across = std::abs(d[2]) / shape_.z0;
   const double along = std::sqrt(dd) / law_.length();
   const double axis = is_upright ? 0.5 * (begin + end) : -od * per_dd;
@@ -205,24 +303,37 @@ void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) con
     if (shape_.flare > 0) {
       across /= shape_.flare_at(std::min(length(o[0] + plane * d[0], o[1] + plane * d[1]), 1.0));
     }
-    const double shift = is_ring ? 0.0 : brightest_shift(along, across);
+    const double shift = shape_.radial.is_ring() ? 0.0 : brightest_shift(along, across);
     centre = is_upright ? plane : plane + std::clamp(axis - plane, -shift, shift);
   }
   centre = std::clamp(centre, begin, end);
   const double speed = std::sqrt(dd + d[2] * d[2]);
   out.focuses.push_back(
       {centre, layer_width / (across + 0.5 * along), across + along + texture_rate(ray, speed)});
-  if (is_ring) {
-    if (!is_upright) add_ring(path, out);
-    return;
+}
+
+void Layer::add_warped_plane(const BallRay& ray, const Path& path, RayPlan& out) const {
+  const auto& [o, d, begin, end, dd, od, oo, is_upright, per_dd] = path;
+  const double along = std::sqrt(dd) / law_.length();
+  const double axis = is_upright ? 0.5 * (begin + end) : -od * per_dd;
+  const double texture = texture_rate(ray, std::sqrt(dd + d[2] * d[2]));
+  bool is_passed = false;
+  const auto add = [&](double plane, double across) {
+    const double shift = shape_.radial.is_ring() || is_upright ? 0 : brightest_shift(along, across);
+    const double centre = plane + std::clamp(axis - plane, -shift, shift);
+    out.focuses.push_back({std::clamp(centre, begin, end), layer_width / (across + 0.5 * along),
+                           across + along + texture});
+    is_passed = true;
+  };
+  const WarpedRay warped(shape_.warp, ray.origin, ray.direction, begin, end, 0);
+  for (const WarpedRay::Pass& pass : warped.passes()) {
+    const double r = length(o[0] + pass.t * d[0], o[1] + pass.t * d[1]);
+    const double h = shape_.z0 * shape_.flare_at(std::min(r, 1.0));
+    if (pass.height > seen_heights * h) continue;
+    // Next to a fold the height changes by h over sqrt(h/curvature).
+    add(pass.t, length(pass.slope, std::sqrt(pass.curvature * h)) / h);
   }
-  // The cusp of exp(-r/rh) at the axis, and a hole.
-  if (!is_upright && axis > begin && axis < end) {
-    const double impact2 = std::max(oo + od * axis, 0.0);
-    const double finest = shape_.inner > 0 ? hole_width * shape_.inner : cusp_width * shape_.rh;
-    const double width = std::sqrt(std::max(impact2 + finest * finest, least_divisor) * per_dd);
-    out.focuses.push_back({axis, width, nodes_per_arm_width / width});
-  }
+  if (!is_passed) add(std::clamp(axis, begin, end), std::abs(d[2]) / shape_.z0);
 }
 
 void Layer::add_ring(const Path& path, RayPlan& out) const {

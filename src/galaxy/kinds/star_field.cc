@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/message.h"
 
@@ -41,7 +42,8 @@ double StarField::bound(const Cell& cell) const {
   const auto nearest = [&](int axis) {
     return std::max(std::abs(cell.centre[axis]) - cell.half, 0.0);
   };
-  const double x = nearest(0), y = nearest(1), z = nearest(2);
+  const double x = nearest(0), y = nearest(1);
+  double z = nearest(2);
   const double r2 = x * x + y * y;
   const double distance = std::sqrt(r2 + z * z);
   if (distance >= 1) return 0;
@@ -49,6 +51,11 @@ double StarField::bound(const Cell& cell) const {
   const double far_x = std::abs(cell.centre[0]) + cell.half;
   const double far_y = std::abs(cell.centre[1]) + cell.half;
   const double far2 = far_x * far_x + far_y * far_y;
+  if (is_warped()) {
+    const double above = std::abs(cell.centre[2] - layer.warp.lift(cell.centre[0], cell.centre[1]));
+    const double rise = std::numbers::sqrt2 * layer.warp.steepest(std::sqrt(far2));
+    z = std::max(above - cell.half * (1 + rise), 0.0);
+  }
   const double farthest = std::min(std::sqrt(far2), 1.0);
   const double e = std::exp(-2 * z / (layer.z0 * layer.flare_at(farthest)));
   double value = 4 * e / ((1 + e) * (1 + e)) * law().bound(std::sqrt(r2), std::sqrt(far2)) *

@@ -3,16 +3,23 @@
 #include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
+#include <utility>
 
 #include "gamer/galaxy/sample_batch.h"
 
 namespace gamer {
+namespace {
+
+using Rule = boost::math::quadrature::gauss<double, 20>;
+
+// Heights of so many h hold all light.
+constexpr double reach = 20;
+
+}  // namespace
 
 double mean_taper(double r, double h) {
-  using Rule = boost::math::quadrature::gauss<double, 20>;
   if (r >= 1) return 0;
-  // The taper is 1 up to t h and 0 from t_end h on. Heights of 20 h hold all light.
-  constexpr double reach = 20;
+  // The taper is 1 up to t h and 0 from t_end h on.
   const double t = std::sqrt(std::max(taper_start * taper_start - r * r, 0.0)) / h;
   if (t >= reach) return 1;
   const double t_end = std::min(std::sqrt(1 - r * r) / h, reach);
@@ -25,6 +32,30 @@ double mean_taper(double r, double h) {
   const double tapered =
       Rule::integrate(integrand, t, t_middle) + Rule::integrate(integrand, t_middle, t_end);
   return std::tanh(t) + tapered;
+}
+
+double mean_taper(double r, double h, double lift) {
+  if (r >= 1) return 0;
+  // The taper is 1 between -inner and inner, and 0 beyond outer, as heights above z = 0.
+  const double inner = std::sqrt(std::max(taper_start * taper_start - r * r, 0.0));
+  const double outer = std::sqrt(1 - r * r);
+  const auto share = [&](double z) { return std::clamp((z - lift) / h, -reach, reach); };
+  const auto integrand = [&](double u) {
+    const double sech = 1 / std::cosh(u);
+    return 0.5 * sech * sech * taper_at(std::hypot(r, h * u + lift));
+  };
+  double sum = 0.5 * (std::tanh(share(inner)) - std::tanh(share(-inner)));
+  for (const auto& [from, to] :
+       {std::pair(share(-outer), share(-inner)), std::pair(share(inner), share(outer))}) {
+    // Most light is within 3 h of the mid-plane.
+    double begin = from;
+    for (const double middle : {-3.0, 0.0, 3.0, to}) {
+      const double end = std::clamp(middle, begin, to);
+      if (end > begin) sum += Rule::integrate(integrand, begin, end);
+      begin = end;
+    }
+  }
+  return sum;
 }
 
 }  // namespace gamer

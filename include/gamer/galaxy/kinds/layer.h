@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "gamer/galaxy/component.h"
+#include "gamer/galaxy/kinds/layer_warp.h"
 #include "gamer/galaxy/kinds/radial_law.h"
 
 namespace gamer {
@@ -22,19 +23,23 @@ struct LayerShape {
   double flare = 0;         ///< per galaxy radius
   double lopsidedness = 0;  ///< per galaxy radius
   double lopsided_angle = 0;
+  LayerWarp warp = {};
 
   /// h(r)/z0.
   double flare_at(double r) const { return flare == 0 ? 1 : std::exp(flare * r); }
   /// Whether the envelope, arms apart, is round and has the same height everywhere.
-  bool is_even() const { return radial.is_round() && flare == 0 && lopsidedness == 0; }
+  bool is_even() const {
+    return radial.is_round() && flare == 0 && lopsidedness == 0 && warp.is_flat();
+  }
 };
 
 /// The base of disk, stars and dust: a layer wound along the arms,
-///   envelope = (z0/h) sech^2(z/h) f (1 - exp(-(m/inner)^4)) L taper (1 - Delta/pi)^A_w,
+///   envelope = (z0/h) sech^2((z - l)/h) f (1 - exp(-(m/inner)^4)) L taper (1 - Delta/pi)^A_w,
 ///   h = z0 exp(flare r),   L = 1 + lopsidedness r cos(phi - lopsided_angle),
 /// where f(m) is that of RadialLaw, exp(-r/rh) by default, and Delta in [0, pi] is the angle to the
-/// nearest arm centre theta(r) + offset_i + delta. Arms with courses of their own have the factor F
-/// of ArmCourses instead of the last one. [GAMER Eqs. 11, 13, without hole and taper]
+/// nearest arm centre theta(r) + offset_i + delta. The lift l(r, phi) is that of LayerWarp. Arms
+/// with courses of their own have the factor F of ArmCourses instead of the last one. [GAMER Eqs.
+/// 11, 13, without hole, lift and taper]
 class Layer : public Component {
  public:
   /// Smallest scale height, limited by single precision of places along oblique rays. Columns at
@@ -55,11 +60,14 @@ class Layer : public Component {
   double face_on_column() const override { return 2 * shape_.z0 * law_.peak(); }
   double peak() const override { return law_.peak(); }
   bool needs_azimuth() const override {
-    return follows_arms() || !shape_.radial.is_round() || shape_.lopsidedness > 0;
+    return follows_arms() || !shape_.radial.is_round() || shape_.lopsidedness > 0 || is_warped();
   }
   bool needs_winding() const override {
     return follows_arms() || (texture() != nullptr && texture()->twirl() != 0);
   }
+
+  bool is_warped() const override { return !shape_.warp.is_flat(); }
+  void lift(const SampleBatch& batch, float* out) const override { shape_.warp.lift(batch, out); }
 
   const LayerShape& shape() const { return shape_; }
   const RadialLaw& law() const { return law_; }
@@ -71,6 +79,8 @@ class Layer : public Component {
   static LayerShape read_shape(const ComponentInput& input, bool has_arm_width = true);
 
  private:
+  /// The envelope where `heights` are those above the mid-plane.
+  void envelope_at(const SampleBatch& batch, const float* heights, float* out) const;
   struct Cells;
   Cells cells(std::size_t radial, std::size_t azimuthal, std::size_t vertical) const;
   /// Takes the points of a cloud from m and psi to r and the azimuth, and multiplies their weights
@@ -84,6 +94,17 @@ class Layer : public Component {
   /// About the largest value of sech^2(z/h) f along a ray and its neighbours within `reach`, as a
   /// share of the peak of f. `nearest` is the ray's point closest to the centre.
   double brightness(const double nearest[3], const double direction[3], double reach) const;
+  /// Narrows a path within a radius to the part within `limit` of the warped mid-plane; false where
+  /// there is none.
+  bool narrow(const BallRay& ray, double limit, double radius, Path& path) const;
+  /// Adds the places where a ray passes the mid-plane, or comes closest to it.
+  void add_plane(const BallRay& ray, const Path& path, RayPlan& out) const;
+  void add_warped_plane(const BallRay& ray, const Path& path, RayPlan& out) const;
+  /// The scale of arms and noise on rays that pass the mid-plane at the radius r.
+  double texture_scale(double r) const;
+  /// column_scale() of a warped layer.
+  ColumnScale warped_column_scale(const double nearest[3], const double direction[3],
+                                  double reach) const;
   /// Adds the places of a ring on a ray.
   void add_ring(const Path& path, RayPlan& out) const;
   bool follows_arms() const { return arms_.has_arms() && shape_.arm_width > 0; }
@@ -100,7 +121,8 @@ class Layer : public Component {
   ArmPattern arms_;
   double steepest_winding_;  ///< steepest winding of the arms where the layer is bright
   double largest_shear_;
-  double log_peak_;  ///< ln of law_.peak()
+  double log_peak_;         ///< ln of law_.peak()
+  double texture_stretch_;  ///< largest stretch of the texture by the warp where it is bright
   mutable std::once_flag has_node_radius_;
   mutable std::vector<float> node_radius_;  ///< of a cloud: quantiles of law_, once it is needed
 };
