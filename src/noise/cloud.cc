@@ -75,7 +75,7 @@ CloudMean CloudMoments::mean() const {
 }
 
 std::size_t shared_cloud_size(double points, std::size_t most) {
-  const double power = std::exp2(std::ceil(std::log2(points)));
+  const double power = std::exp2(std::round(std::log2(points)));
   return static_cast<std::size_t>(std::min(power, static_cast<double>(most)));
 }
 

@@ -52,7 +52,7 @@ class CloudMoments {
   double sums_[count] = {};
 };
 
-/// The next power of 2 from a number of points on, so that means share clouds; at most `most`.
+/// The power of 2 nearest to a number of points, so that means share clouds; at most `most`.
 std::size_t shared_cloud_size(double points, std::size_t most);
 
 /// Moments of the values that `values` gives for batches [first, last) of a cloud, in threads of
