@@ -52,9 +52,6 @@ class CloudMoments {
   double sums_[count] = {};
 };
 
-/// The power of 2 nearest to a number of points, so that means share clouds; at most `most`.
-std::size_t shared_cloud_size(double points, std::size_t most);
-
 /// Moments of the values that `values` gives for batches [first, last) of a cloud, in threads of
 /// parallel_for().
 CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,

@@ -336,9 +336,10 @@ double GalaxyStatistics::error_of_texture_mean(std::size_t c, double footprint) 
 std::size_t GalaxyStatistics::points_needed(const Mean& mean, double error) const {
   const double excess = error / wanted_error(mean.component, mean.footprint);
   const auto first = static_cast<double>(first_points());
-  if (!(excess > 1) || galaxy_.most_cloud_points() <= first_points()) return 0;
+  const auto most = static_cast<double>(galaxy_.most_cloud_points());
+  if (!(excess > 1) || most <= first) return 0;
   const double needed = std::max(cloud_margin * first * excess * excess, least_larger_cloud);
-  return shared_cloud_size(needed, galaxy_.most_cloud_points());
+  return static_cast<std::size_t>(std::min(std::exp2(std::round(std::log2(needed))), most));
 }
 
 void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) const {
