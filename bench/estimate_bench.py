@@ -8,25 +8,18 @@ seconds. Both are the middle one of --repeat runs, which take turns. The time in
 measuring and writing.
 """
 
-import argparse
 import pathlib
 import re
 import statistics
 import tempfile
 
-from jobs import SOURCE, timed
+from jobs import SOURCE, options_for, timed
 
 ESTIMATE = re.compile(r"about (\S+) s with ")
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--gamer", default=SOURCE / "build" / "release" / "gamer")
-    parser.add_argument("--scenes")
-    parser.add_argument("--repeat", type=int, default=3)
-    options = parser.parse_args()
-    names = options.scenes.split(",") if options.scenes else sorted(
-        path.stem for path in (SOURCE / "scenes").glob("*.lst"))
+    options, names = options_for("scenes", ".lst")
     print("| scene | estimate | took | ratio | estimate, truth | took, truth | ratio, truth |\n|" + "---|" * 7)
     with tempfile.TemporaryDirectory() as folder:
         for name in names:

@@ -51,6 +51,18 @@ def environment():
     return {"GAMER_DATA": str(SOURCE), "GAMER_CACHE": "off", **os.environ}
 
 
+def options_for(listed, suffix):
+    """The options of a benchmark over all shipped files `listed`, such as scenes, and the files' names."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--gamer", default=SOURCE / "build" / "release" / "gamer")
+    parser.add_argument(f"--{listed}", dest="names")
+    parser.add_argument("--repeat", type=int, default=3)
+    options = parser.parse_args()
+    names = options.names.split(",") if options.names else sorted(
+        path.stem for path in (SOURCE / listed).glob(f"*{suffix}"))
+    return options, names
+
+
 def timed(command):
     """Processor seconds of one run, user and system, and what it prints to both outputs."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)

@@ -8,13 +8,12 @@ A seed's first job measures what the seed decides, and its second job finds that
 difference is the seed's own time, in milliseconds, the middle one of --repeat seeds.
 """
 
-import argparse
 import os
 import pathlib
 import statistics
 import tempfile
 
-from jobs import SOURCE, timed
+from jobs import options_for, timed
 
 RENDER = """[image]
 size = 512
@@ -41,13 +40,7 @@ def own_time(gamer, folder, galaxy, tolerance, seed):
 
 
 def main():
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--gamer", default=SOURCE / "build" / "release" / "gamer")
-    parser.add_argument("--galaxies")
-    parser.add_argument("--repeat", type=int, default=3)
-    options = parser.parse_args()
-    names = options.galaxies.split(",") if options.galaxies else sorted(
-        path.stem for path in (SOURCE / "galaxies").glob("*.toml"))
+    options, names = options_for("galaxies", ".toml")
     print("| galaxy | new seed at 10⁻², ms | new seed at 10⁻³, ms |\n|" + "---|" * 3)
     for name in names:
         cells = [f"`{name}`"]
@@ -57,7 +50,7 @@ def main():
                 times = [own_time(options.gamer, pathlib.Path(folder), name, tolerance, seed)
                          for seed in range(1, options.repeat + 2)]
             # The first seed measures what its file decides, too.
-            cells.append(f"{1e3 * statistics.median(times[1:]):.0f}")
+            cells.append(str(round(1e3 * statistics.median(times[1:]))))
         print("| " + " | ".join(cells) + " |", flush=True)
 
 
