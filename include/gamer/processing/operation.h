@@ -35,7 +35,7 @@ struct Operation {
 
   std::string name;
   std::vector<std::string> aliases = {};
-  std::string group;        ///< heading in lists
+  std::string group = {};   ///< heading in lists
   std::string summary;      ///< one line
   std::string description;  ///< formulae, units, what happens to the header
   int least_inputs = 1;
