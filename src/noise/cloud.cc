@@ -74,6 +74,11 @@ CloudMean CloudMoments::mean() const {
   return {x(), xx(), std::sqrt(squares) / sums_[0]};
 }
 
+std::size_t shared_cloud_size(double points, std::size_t most) {
+  const double power = std::exp2(std::ceil(std::log2(points)));
+  return static_cast<std::size_t>(std::min(power, static_cast<double>(most)));
+}
+
 CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,
                           const std::function<void(const Points& points, float* out)>& values) {
   std::vector<CloudMoments> parts(last - first);

@@ -52,6 +52,9 @@ class CloudMoments {
   double sums_[count] = {};
 };
 
+/// The next power of 2 from a number of points on, so that means share clouds; at most `most`.
+std::size_t shared_cloud_size(double points, std::size_t most);
+
 /// Moments of the values that `values` gives for batches [first, last) of a cloud, in threads of
 /// parallel_for().
 CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,

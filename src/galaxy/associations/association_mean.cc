@@ -192,8 +192,7 @@ class Means {
       const double excess = share * rough[w].error / rough[w].mean / errors_[w];
       if (excess <= 1) continue;
       const double needed = points_margin * static_cast<double>(first) * excess * excess;
-      const double most = static_cast<double>(layer_.most_points);
-      larger[static_cast<std::size_t>(std::min(needed, most))].push_back(w);
+      larger[shared_cloud_size(needed, layer_.most_points)].push_back(w);
     }
     for (const auto& [size, chosen] : larger) {
       const std::vector<CloudMean> means = measure_octaves(size, chosen);

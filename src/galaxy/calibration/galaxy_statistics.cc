@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <stdexcept>
+#include <utility>
 
 #include "galaxy/calibration/dust_closure.h"
 #include "galaxy/calibration/seen_textures.h"
@@ -104,7 +106,7 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
   // Upper bound of the number of widths in single precision.
   constexpr std::size_t most_widths = 200;
   constexpr std::size_t others = 2;
-  most_numbers_ = std::max(most_numbers_, 2 * most_widths + others);
+  most_numbers_ = std::max(most_numbers_, CloudMoments::count * most_widths + others);
 }
 
 void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> numbers) {
@@ -116,11 +118,11 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
       writer.add(component_at(c).texture()->statistics());
       return;
     case Round::means: measure_means(c, numbers); return;
-    case Round::larger: {
-      const CloudMoments moments = measure_slice(means_[index], slice);
-      for (const double sum : moments.sums()) writer.add(sum);
+    case Round::larger:
+      for (const CloudMoments& moments : measure_slice(larger_[index], slice)) {
+        for (const double sum : moments.sums()) writer.add(sum);
+      }
       return;
-    }
     case Round::closure:
       if (component_at(c).absorbs()) {
         const std::vector<double> widths = dust_widths(c);
@@ -149,7 +151,12 @@ void GalaxyStatistics::take(Round round, std::size_t part, std::span<const doubl
         mean.error = reader.number();
       }
       return;
-    case Round::larger: means_[index].moments.add(numbers.first(CloudMoments::count)); return;
+    case Round::larger:
+      for (CloudMoments& moments : larger_[index].moments) {
+        moments.add(numbers.first(CloudMoments::count));
+        numbers = numbers.subspan(CloudMoments::count);
+      }
+      return;
     case Round::closure: break;
   }
   if (!component.absorbs()) {
@@ -203,22 +210,32 @@ void GalaxyStatistics::plan_means() {
 }
 
 void GalaxyStatistics::plan_slices() {
+  std::map<std::pair<std::size_t, std::size_t>, std::vector<std::size_t>> means_of;
   for (std::size_t m = 0; m < means_.size(); ++m) {
-    Mean& mean = means_[m];
+    const Mean& mean = means_[m];
     const bool is_some = mean.value > 0 && std::isfinite(mean.value);
-    mean.points = points_needed(mean, is_some ? mean.error / mean.value : HUGE_VAL);
+    const std::size_t points = points_needed(mean, is_some ? mean.error / mean.value : HUGE_VAL);
+    if (points > 0) means_of[{mean.component, points}].push_back(m);
+  }
+  for (const auto& [key, means] : means_of) {
+    const auto [component, points] = key;
     // A cloud has about the requested number of points.
-    const std::size_t batches = (mean.points + batch_capacity - 1) / batch_capacity;
-    mean.slices = (batches + slice_batches - 1) / slice_batches;
-    for (std::size_t k = 0; k < mean.slices; ++k) {
-      of(Round::larger).push_back({mean.component, m, k});
+    const std::size_t batches = (points + batch_capacity - 1) / batch_capacity;
+    const std::size_t slices = (batches + slice_batches - 1) / slice_batches;
+    for (std::size_t k = 0; k < slices; ++k) {
+      of(Round::larger).push_back({component, larger_.size(), k});
     }
+    larger_.push_back({component, points, slices, means, std::vector<CloudMoments>(means.size())});
   }
 }
 
 void GalaxyStatistics::make_tables() {
-  for (Mean& mean : means_) {
-    if (mean.slices > 0) mean.value = mean.moments.mean().mean;
+  for (const LargerCloud& larger : larger_) {
+    for (std::size_t k = 0; k < larger.means.size(); ++k) {
+      means_[larger.means[k]].value = larger.moments[k].mean().mean;
+    }
+  }
+  for (const Mean& mean : means_) {
     if (!(mean.value > 0) || !std::isfinite(mean.value)) {
       const Component& component = component_at(mean.component);
       throw InputError(component.where(),
@@ -319,10 +336,9 @@ double GalaxyStatistics::error_of_texture_mean(std::size_t c, double footprint) 
 std::size_t GalaxyStatistics::points_needed(const Mean& mean, double error) const {
   const double excess = error / wanted_error(mean.component, mean.footprint);
   const auto first = static_cast<double>(first_points());
-  const auto most = static_cast<double>(galaxy_.most_cloud_points());
-  if (!(excess > 1) || most <= first) return 0;
+  if (!(excess > 1) || galaxy_.most_cloud_points() <= first_points()) return 0;
   const double needed = std::max(cloud_margin * first * excess * excess, least_larger_cloud);
-  return static_cast<std::size_t>(std::min(needed, most));
+  return shared_cloud_size(needed, galaxy_.most_cloud_points());
 }
 
 void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) const {
@@ -342,37 +358,42 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
     return;
   }
   const Cloud cloud = component_at(c).cloud(first_points());
-  std::vector<CloudMoments> parts(cloud.batches * widths.size());
-  parallel_for(cloud.batches, [&](std::size_t b) {
-    WeightedBatch batch{};
-    cloud.fill(b, batch);
-    std::vector<BatchArray> phi(widths.size());
-    SeenTextures(galaxy_).phi(c, batch.points(), widths, phi);
-    for (std::size_t w = 0; w < widths.size(); ++w) {
-      parts[b * widths.size() + w].add(batch, phi[w].data());
-    }
-  });
-  for (std::size_t w = 0; w < widths.size(); ++w) {
-    CloudMoments moments;
-    for (std::size_t b = 0; b < cloud.batches; ++b) {
-      moments.add(parts[b * widths.size() + w].sums());
-    }
+  for (const CloudMoments& moments : moments_of(c, cloud, 0, cloud.batches, widths)) {
     const CloudMean mean = moments.mean();
     writer.add(mean.mean);
     writer.add(mean.error);
   }
 }
 
-CloudMoments GalaxyStatistics::measure_slice(const Mean& mean, std::size_t slice) const {
-  const std::size_t c = mean.component;
-  const Cloud cloud = component_at(c).cloud(mean.points);
-  const auto begin = [&](std::size_t k) { return cloud.batches * k / mean.slices; };
-  const std::span<const double> width(&mean.footprint, 1);
-  return moments_over(cloud, begin(slice), begin(slice + 1), [&](const Points& points, float* out) {
-    BatchArray phi;
-    SeenTextures(galaxy_).phi(c, points, width, std::span(&phi, 1));
-    std::copy_n(phi.data(), padded(points.size), out);
+std::vector<CloudMoments> GalaxyStatistics::moments_of(std::size_t c, const Cloud& cloud,
+                                                       std::size_t first, std::size_t last,
+                                                       std::span<const double> widths) const {
+  std::vector<CloudMoments> parts((last - first) * widths.size());
+  parallel_for(last - first, [&](std::size_t b) {
+    WeightedBatch batch{};
+    cloud.fill(first + b, batch);
+    std::vector<BatchArray> phi(widths.size());
+    SeenTextures(galaxy_).phi(c, batch.points(), widths, phi);
+    for (std::size_t w = 0; w < widths.size(); ++w) {
+      parts[b * widths.size() + w].add(batch, phi[w].data());
+    }
   });
+  std::vector<CloudMoments> result(widths.size());
+  for (std::size_t k = 0; k < parts.size(); ++k) result[k % widths.size()].add(parts[k].sums());
+  return result;
+}
+
+std::vector<CloudMoments> GalaxyStatistics::measure_slice(const LargerCloud& larger,
+                                                          std::size_t slice) const {
+  const Cloud cloud = component_at(larger.component).cloud(larger.points);
+  const auto begin = [&](std::size_t k) { return cloud.batches * k / larger.slices; };
+  return moments_of(larger.component, cloud, begin(slice), begin(slice + 1), footprints_of(larger));
+}
+
+std::vector<double> GalaxyStatistics::footprints_of(const LargerCloud& larger) const {
+  std::vector<double> result;
+  for (const std::size_t m : larger.means) result.push_back(means_[m].footprint);
+  return result;
 }
 
 bool GalaxyStatistics::hides(std::size_t c, double footprint) const {

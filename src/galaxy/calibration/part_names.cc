@@ -29,9 +29,9 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
       return text;
     }
     case Round::larger: {
-      const Mean& mean = means_[index];
-      text += fmt::format(" mean {} {} of {}", mean.points, slice, mean.slices);
-      append_widths({&mean.footprint, 1}, text);
+      const LargerCloud& larger = larger_[index];
+      text += fmt::format(" means {} {} of {}", larger.points, slice, larger.slices);
+      append_widths(footprints_of(larger), text);
       return text;
     }
     case Round::closure: {

@@ -66,8 +66,8 @@ class GalaxyStatistics {
  private:
   struct Part {
     std::size_t component;
-    std::size_t index;  ///< index of a mean, or of an obliquity of dust
-    std::size_t slice;  ///< slice of the mean's cloud
+    std::size_t index;  ///< index of a larger cloud, or of an obliquity of dust
+    std::size_t slice;  ///< slice of the larger cloud
   };
   /// The mean of a component's Phi at a footprint.
   struct Mean {
@@ -77,9 +77,13 @@ class GalaxyStatistics {
     std::size_t component;
     double footprint;
     double value = 1, error = 0;
-    /// Points and slices of the larger cloud; 0 if the first cloud suffices.
-    std::size_t points = 0, slices = 0;
-    CloudMoments moments;
+  };
+  /// A cloud of a component for means that need more points than the first cloud has.
+  struct LargerCloud {
+    std::size_t component, points;
+    std::size_t slices = 0;
+    std::vector<std::size_t> means = {};     ///< indices in means_
+    std::vector<CloudMoments> moments = {};  ///< for each mean
   };
 
   const Component& component_at(std::size_t c) const { return *galaxy_.components()[c]; }
@@ -96,7 +100,7 @@ class GalaxyStatistics {
   void plan_means();
   void plan_slices();
   /// The number of points that gives a mean the wanted error, if the first cloud's relative error
-  /// is `error`; 0 if the first cloud suffices.
+  /// is `error`; 0 if the first cloud suffices. Powers of 2, so that means share clouds.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
   /// The relative error that the mean of component c's Phi at this footprint may have.
@@ -108,7 +112,11 @@ class GalaxyStatistics {
   double share(std::size_t c) const;
   /// Writes the means of component c over its first cloud to `numbers`: value and error of each.
   void measure_means(std::size_t c, std::span<double> numbers) const;
-  CloudMoments measure_slice(const Mean& mean, std::size_t slice) const;
+  /// Moments of component c's Phi at each footprint, over batches [first, last) of a cloud.
+  std::vector<CloudMoments> moments_of(std::size_t c, const Cloud& cloud, std::size_t first,
+                                       std::size_t last, std::span<const double> widths) const;
+  std::vector<CloudMoments> measure_slice(const LargerCloud& larger, std::size_t slice) const;
+  std::vector<double> footprints_of(const LargerCloud& larger) const;
   void make_tables();
   /// The largest Phi of component c, which is a star field.
   double largest_phi(std::size_t c, const StarField& field) const;
@@ -139,6 +147,7 @@ class GalaxyStatistics {
   std::size_t most_numbers_ = 0;
   std::vector<bool> is_normalised_;  ///< for each component
   std::vector<Mean> means_;          ///< for each component in turn, by footprint
+  std::vector<LargerCloud> larger_;
   GalaxyCalibration calibration_;
   std::vector<DustClosure> dust_;  ///< the closure, for each component of a reference
 };
