@@ -5,15 +5,16 @@
 import {cameraSettings} from './view.js';
 import {channelsOf, planeWeights, valuesAt} from './channels.js';
 import {shareFactors} from './light.js';
-import {enlarged, putStrip} from './strips.js';
+import {completed, empty, enlarged, isEnd, putStrip} from './strips.js';
 
 const targetMs = 30;       // of a frame while moving
 const leastSide = 48;
+const leastChange = 0.15;  // of the side of moving views, relative
 // Coarse levels: longer side, tolerance, and the least longer side of a view that has them. A view's
 // strips show what a finer level would show, and a level takes a share of the view's own time.
 const levels = [[128, 0.05, 129], [256, 0.02, 1024]];
 
-/// Events: `asked` (a view was asked for), `frame` (a new picture), `busy` (detail: true or false), `problem` (detail: a text).
+/// Events: `asked` (a view was asked for), `frame` (a new picture), `strip` (rows of it are new), `busy` (detail: true or false), `problem` (detail: a text).
 export class Preview extends EventTarget {
   constructor({connection, doc, ui, picture}) {
     super();
@@ -22,6 +23,7 @@ export class Preview extends EventTarget {
     this.asked = new Map();    // by id
     this.shown = null;         // the request whose frame is shown
     this.flight = null;        // id of a request of a moving view
+    this.making = null;        // {frame, isShown} of the level whose strips come
     this.isPending = false;
     this.isPaused = false;
     this.shares = null;        // edits of shares that a slider shows
@@ -38,7 +40,7 @@ export class Preview extends EventTarget {
 
   forget() {
     this.asked.clear();
-    this.flight = null;
+    this.flight = this.making = null;
     this.isPending = false;
   }
 
@@ -83,6 +85,7 @@ export class Preview extends EventTarget {
     if (id === 0) return;
     this.dispatchEvent(new Event('asked'));
     this.asked.clear();
+    this.making = null;
     this.asked.set(id, request);
     request.id = id;
     this.flight = moving ? id : null;
@@ -93,41 +96,48 @@ export class Preview extends EventTarget {
   receive(frame) {
     const request = this.asked.get(frame.header.id);
     if (!request) return;
-    if ((frame.header.rows ?? frame.header.height) < frame.header.height) {
+    if (isEnd(frame.header)) {
+      frame = completed(this.making.frame, frame.header);
+    } else if ((frame.header.rows ?? frame.header.height) < frame.header.height) {
       this.receiveStrip(request, frame);
       return;
     }
+    this.making = null;
     this.shown = request;
     this.isFinal = frame.header.last && !request.moving;
     this.shares = null;
-    this.picture.setFrame(frame);
+    if (frame !== this.picture.frame) this.picture.setFrame(frame);
     this.weigh();
     if (request.moving) this.adapt(frame.header.milliseconds);
     if (frame.header.last) this.finish(request);
     this.dispatchEvent(new Event('frame'));
   }
 
-  /// Shows rows of a level that is being made, over the coarser frame of the same request.
+  /// Keeps rows of a level that is being made. Shows them over the coarser frame of the same
+  /// request, where its planes are there.
   receiveStrip(request, strip) {
-    const {frame} = this.picture;
-    if (this.shown !== request || !frame) return;
-    const {width, height} = strip.header;
-    const isOpen = frame.header.isPartial && frame.header.width === width && frame.header.height === height;
-    const target = isOpen ? frame : enlarged(strip.header, frame);
-    if (!target) return;
-    putStrip(target, strip);
+    const {picture} = this;
+    if (!this.making) {
+      const coarse = this.shown === request && picture.frame ? enlarged(strip.header, picture.frame) : null;
+      this.making = {frame: coarse ?? empty(strip.header), isShown: coarse !== null};
+    }
+    const {frame, isShown} = this.making;
+    putStrip(frame, strip);
+    if (!isShown) return;
     this.isFinal = false;
-    if (isOpen) {
-      this.picture.setRows(strip);
+    if (picture.frame === frame) {
+      picture.setRows(strip);
     } else {
-      this.picture.setFrame(target);
+      picture.setFrame(frame);
       this.weigh();
     }
-    this.dispatchEvent(new Event('frame'));
+    this.dispatchEvent(new Event('strip'));
   }
 
   adapt(milliseconds) {
     const factor = Math.sqrt(targetMs / Math.max(milliseconds, 1));
+    // A canvas of another size costs more than a few milliseconds.
+    if (Math.abs(factor - 1) < leastChange) return;
     const side = Math.round(this.side * Math.min(Math.max(factor, 0.7), 1.25));
     this.side = Math.min(Math.max(side, leastSide), this.ui.side);
   }

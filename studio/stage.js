@@ -3,7 +3,8 @@
 import {plainLook} from './stretch.js';
 import {seeingOf} from './seeing.js';
 
-const stripMs = 150;  // between two drawings of a frame in the making
+// Between two drawings of a frame in the making, and without a GPU.
+const stripMs = 150, slowStripMs = 450;
 
 export class Stage {
   constructor({room, canvas, picture, preview, ui}) {
@@ -11,6 +12,7 @@ export class Stage {
     this.isDirty = false;
     new ResizeObserver(() => this.fit()).observe(room);
     preview.addEventListener('frame', () => this.takeFrame());
+    preview.addEventListener('strip', () => this.takeFrame());
     canvas.addEventListener('restored', () => { preview.weigh(); this.draw(); });
     ui.addEventListener('muted', () => { preview.weigh(); this.draw(); });
     ui.addEventListener('look', () => { preview.weigh(); this.take(true); });
@@ -36,7 +38,7 @@ export class Stage {
   /// would slow its render down.
   takeFrame() {
     if (this.picture.frame?.header.isPartial && !this.preview.shares) {
-      this.strips ??= setTimeout(() => { this.strips = null; this.take(); }, stripMs);
+      this.strips ??= setTimeout(() => { this.strips = null; this.take(); }, this.draft?.isSlow ? slowStripMs : stripMs);
       return;
     }
     clearTimeout(this.strips);

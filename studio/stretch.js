@@ -90,8 +90,30 @@ export function plainLook(tone) {
           saturation: 1};
 }
 
-function quantile(sorted, fraction) {
-  return sorted[Math.trunc(fraction * (sorted.length - 1))];
+/// The number that a place would have among sorted numbers, which are put into another order
+/// (Hoare's selection).
+export function selected(numbers, place) {
+  let first = 0, last = numbers.length - 1;
+  while (first < last) {
+    const pivot = numbers[(first + last) >> 1];
+    let low = first, high = last;
+    while (low <= high) {
+      while (numbers[low] < pivot) ++low;
+      while (numbers[high] > pivot) --high;
+      if (low > high) break;
+      const number = numbers[low];
+      numbers[low++] = numbers[high];
+      numbers[high--] = number;
+    }
+    if (place <= high) last = high;
+    else if (place >= low) first = low;
+    else break;
+  }
+  return numbers[place];
+}
+
+function quantile(numbers, fraction) {
+  return selected(numbers, Math.trunc(fraction * (numbers.length - 1)));
 }
 
 function takeSample(channel, width, stride) {
@@ -104,12 +126,12 @@ function takeSample(channel, width, stride) {
 }
 
 function measureSky(sample) {
-  const values = sample.values.slice().sort();
+  const values = sample.values.slice();
   const low = quantile(values, blackQuantile);
   const middle = quantile(values, 0.5);
   let sigma = 0;
   if (sample.differences.length > 0) {
-    const differences = sample.differences.slice().sort();
+    const differences = sample.differences.slice();
     sigma = Math.min(sigmaPerMedian * quantile(differences, 0.5) / Math.SQRT2,
                      (middle - low) / blackSigmas);
   }
@@ -167,8 +189,7 @@ function chooseStretch(samples, threshold) {
   const slope = solveSlope(reference, sorted[place]);
   // The largest channel must fit, not the mean: otherwise a red core would be a flat disc.
   const largest = Float64Array.from(peaks, (peak, i) => peak * Math.asinh(slope * lit[i]));
-  largest.sort().reverse();
-  return {slope, scale: 1 / largest[place]};
+  return {slope, scale: 1 / selected(largest, largest.length - 1 - place)};
 }
 
 /// The tone that the program chooses for a picture of these channels: one (grey) or three arrays,

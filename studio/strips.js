@@ -1,5 +1,16 @@
-// Strips of a frame that is not finished: rows of the fine level over the coarser frame that is
-// shown.
+// Strips of a frame that is not finished: rows of the fine level, over the coarser frame that is
+// shown. The message after the last strip has no rows.
+
+function frameOf(header, values) {
+  const size = header.width * header.height;
+  return {header: {...header, row: 0, rows: header.height, isPartial: true}, values,
+          plane: (i) => values.subarray(i * size, (i + 1) * size)};
+}
+
+/// A frame of a strip's size without light.
+export function empty(header) {
+  return frameOf(header, new Float32Array(header.width * header.height * header.planes.length));
+}
 
 /// The place of each plane of a header in a frame with the same planes; null where one is missing.
 function placesOf(header, frame) {
@@ -19,14 +30,26 @@ export function enlarged(header, frame) {
   const columns = Array.from({length: width}, (_, x) => Math.floor((x + 0.5) * frame.header.width / width));
   places.forEach((place, i) => {
     const from = frame.plane(place);
+    let before = -1;
     for (let y = 0; y < height; ++y) {
       const row = Math.floor((y + 0.5) * frame.header.height / height) * frame.header.width;
       const to = i * size + y * width;
-      for (let x = 0; x < width; ++x) values[to + x] = from[row + columns[x]];
+      if (row === before) values.copyWithin(to, to - width, to);
+      else for (let x = 0; x < width; ++x) values[to + x] = from[row + columns[x]];
+      before = row;
     }
   });
-  const own = {...frame.header, ...header, row: 0, rows: height, isPartial: true};
-  return {header: own, values, plane: (i) => values.subarray(i * size, (i + 1) * size)};
+  return frameOf({...frame.header, ...header}, values);
+}
+
+/// Whether a header is that of the message after the last strip.
+export function isEnd(header) { return header.rows === 0; }
+
+/// The frame that all strips have filled, with the header of the message after them.
+export function completed(frame, header) {
+  const {height} = frame.header;
+  Object.assign(frame.header, header, {row: 0, rows: height, isPartial: false});
+  return frame;
 }
 
 /// Writes a strip's rows into a frame of its size.

@@ -55,7 +55,7 @@ struct ModelRequest {
 struct ViewRequest {
   PageDocument document;
   bool wants_components = false;
-  bool wants_strips = false;  ///< rows of large levels as soon as they are finished
+  bool wants_strips = false;  ///< rows of large levels as they are finished; their frame has no rows
   std::vector<int> muted;     ///< components of the chosen galaxy, from 0
   std::vector<ViewLevel> levels;
 };

@@ -176,8 +176,8 @@ class LevelView {
     parameters_ = parameters_of(document_, label_, session.folders());
   }
 
-  /// Renders a level, and returns its frame; before it, sends rows as they are finished where they
-  /// are wanted.
+  /// Renders a level, and returns its frame. Where strips are wanted, rows are sent as they are
+  /// finished, and the frame has those that were not sent: none.
   std::string render(const ViewLevel& level, Json head, bool wants_strips,
                      const Cancellation& cancellation, const Send& send) const {
     const Clock clock;
@@ -198,9 +198,11 @@ class LevelView {
     check_size(job, has_parts, planes.size());
     add_planes(job, has_parts, planes, head);
     RenderControl control{.truth_images = has_parts, .cancellation = &cancellation};
+    int sent_rows = 0;
     if (wants_strips && job.camera.window().height >= least_strip_rows) {
       control.finished = [&](RowRange rows, const Rendering& rendering) {
         send(encode(rendering, has_parts, planes, rows, head), true);
+        sent_rows += rows.size();
       };
     }
     // Parts of galaxies that were measured, not recalled.
@@ -210,7 +212,9 @@ class LevelView {
     head["warnings"] = is_coarse ? std::vector<std::string>() : rendering.warnings;
     head["wcs"] = wcs_json(rendering.job->camera);
     head["milliseconds"] = clock.seconds() * 1000;
-    return encode(rendering, has_parts, planes, {0, rendering.image.height()}, head);
+    const int height = rendering.image.height();
+    const RowRange rest{sent_rows == height ? height : 0, height};
+    return encode(rendering, has_parts, planes, rest, head);
   }
 
  private:

@@ -16,7 +16,7 @@ import {planeGroups} from '../../../studio/plane_groups.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
 import {columnsOf, hasInclination, poleOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
-import {automaticTone, channelWeights, colour, level, lightOf, plainLook} from '../../../studio/stretch.js';
+import {automaticTone, channelWeights, colour, level, lightOf, plainLook, selected} from '../../../studio/stretch.js';
 import {enlarged, putStrip} from '../../../studio/strips.js';
 import * as view from '../../../studio/view.js';
 import {skyOf} from '../../../studio/wcs.js';
@@ -301,6 +301,18 @@ test('exposure, black, saturation and gamma', () => {
   nearAll(colour(tone, {...look, gamma: 2}, [2.5, 2.5, 2.5]), [0.5, 0.5, 0.5].map(Math.sqrt), 1e-15);
   const grey = colour(tone, {...look, saturation: 0}, [2, 2.5, 3]);
   nearAll(grey, [0.5, 0.5, 0.5], 1e-15);
+});
+
+test('the number at a place is that of sorted numbers', () => {
+  for (const size of [1, 2, 7, 1000]) {
+    for (const count of [1, 3, size]) {
+      const numbers = Float64Array.from({length: size}, (_, i) => (i * 7919 + 13) % 1009 % count);
+      const sorted = numbers.slice().sort();
+      for (const place of new Set([0, size >> 1, size - 1, Math.trunc(0.95 * size)])) {
+        assert.equal(selected(numbers.slice(), place), sorted[place]);
+      }
+    }
+  }
 });
 
 test('the sky is black, and the white point is the 99.99 % quantile', () => {

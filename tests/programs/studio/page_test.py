@@ -156,7 +156,7 @@ class PageTest(unittest.TestCase):
     def test_strips_show_the_finest_level_in_the_making(self):
         page = self.page
         page.run("""globalThis.partial = 0;
-          studio.preview.addEventListener('frame', () => { partial += studio.picture.frame.header.isPartial ? 1 : 0; });
+          studio.preview.addEventListener('strip', () => { partial += studio.picture.frame.header.isPartial ? 1 : 0; });
           return studio.doc.set({'image.size': [400, 300]}, 'size');""")
         page.settle()
         self.assertGreater(page.value("partial"), 0)
