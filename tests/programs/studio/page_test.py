@@ -707,6 +707,7 @@ width = 2
 bands = ["bessell_b", "bessell_v", "red_halpha"]
 [sampling]
 tolerance = 0.01
+stars_per_pixel = 0  # a draft shows stars as smooth light
 """
 TILTED = "galaxy x y z ox oy oz pa\n{} 0 0 0 0.49673 0.28679 0.81915 120\n"
 
