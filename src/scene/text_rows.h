@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// What a list has in place of a value.
+/// The word of a list that stands for a missing value.
 inline constexpr std::string_view no_value_word = "-";
 
 /// One line of a text, without its end.

@@ -21,7 +21,7 @@ struct JournalPlan {
   std::string size;       ///< "512 x 512 pixels, 3 planes"
   int rows = 0;           ///< of the image
   int objects = 0;        ///< of table TRUTH; 0 if there is none
-  std::time_t begun = 0;  ///< when the job began
+  std::time_t begun = 0;  ///< time at which the job began
   std::string folder;     ///< the working folder
   std::string command;    ///< continues the job in that folder; empty if unknown
 };
@@ -106,7 +106,7 @@ class Journal {
   /// Removes the file of a finished job.
   void remove();
 
-  // These functions give the contents that open() found.
+  // The functions below give the contents that open() found.
   const JournalHead& head() const { return head_; }
   /// The finished rows in ascending order, with neighbours joined.
   std::vector<RowRange> finished(int section) const;
@@ -146,7 +146,7 @@ class Journal {
 
   std::vector<Block> blocks_;
   bool has_end_ = false;
-  std::uint64_t size_ = 0;  ///< of the sound entries, bytes
+  std::uint64_t size_ = 0;  ///< size of the undamaged entries, bytes
   std::uint64_t tail_ = 0;  ///< damaged bytes behind them
 };
 

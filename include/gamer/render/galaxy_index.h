@@ -45,7 +45,8 @@ class GalaxyIndex {
   /// The ball that holds all rays that meet a ball of the scene.
   Ball ball_of(const glm::dvec3& centre, double radius) const;
 
-  /// Replaces `out` by the galaxies that a ray in the ball may meet, and some near them.
+  /// Replaces `out` by the galaxies that a ray in the ball may meet. Some galaxies near them may be
+  /// among them.
   void find(const Ball& rays, Found& out) const;
   /// Finds galaxies among those of an earlier search.
   static void find(const Ball& rays, const Found& among, std::vector<int>& out);
@@ -60,7 +61,8 @@ class GalaxyIndex {
   /// The ball that holds all rays of an area of the image, at most one face.
   std::optional<Ball> rays(double left, double right, double bottom, double top) const;
   void build(int first, int count);
-  /// Calls use(i) for each galaxy order_[i] that a ray in the ball may meet, until it is true.
+  /// Calls use(i) for each galaxy order_[i] that a ray in the ball may meet, until a call returns
+  /// true. Returns whether one did.
   template <class Use>
   bool any_of(const Ball& rays, const Use& use) const;
 

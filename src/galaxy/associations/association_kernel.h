@@ -109,9 +109,9 @@ struct SurfaceDensity {
 void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
                      const float* footprints, const float* before, float* out);
 
-/// Adds (the level's share) (its resolved share) (C - 1) to `sum`. C is the light of the level's
-/// clumps relative to its mean; `complexes` is the part of the octaves that decides which cells are
-/// occupied.
+/// Adds level.share times (C - 1), times the share of it that the footprint resolves, to `sum`. C
+/// is the light of the level's clumps relative to its mean; `complexes` is the part of the octaves
+/// that decides which cells are occupied.
 void add_clumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
                 const float* complexes, const float* footprints, float* sum);
 

@@ -17,9 +17,9 @@ namespace gamer {
 ///
 /// For each class the cube [-1, 1]^3 is halved along all axes until an upper bound of the density
 /// in a cell gives few stars. The smallest cells get a Poisson number of uniformly placed
-/// candidates. Its mean is the bound times the cell's volume. A candidate is a star where envelope
-/// Phi exceeds a uniform random share of the bound (thinning: Lewis & Shedler 1979). Stars thus
-/// follow the density within cells too, and cells leave no trace.
+/// candidates, whose mean is the bound times the cell's volume. A candidate is a star where
+/// envelope Phi exceeds a uniform random share of the bound (thinning: Lewis & Shedler 1979). Stars
+/// thus follow the density within cells too, and cells leave no trace.
 class StarField : public Layer {
  public:
   /// `twin` is a star field with equal parameters, but for the seed, or null.
