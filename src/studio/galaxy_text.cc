@@ -335,7 +335,7 @@ class EditedText {
     }
   }
 
-  /// Throws InputError where the text does not say what it should.
+  /// Throws InputError where the tree of the text differs from tree_.
   void check() const {
     bool is_right = false;
     try {
@@ -572,7 +572,7 @@ class EditedText {
 
   std::string text_;
   std::string label_;
-  ConfigNode tree_;  ///< what the text should say
+  ConfigNode tree_;  ///< tree that the text must have
   std::string line_end_;
   std::vector<TomlSection> sections_;
 };

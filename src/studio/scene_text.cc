@@ -108,7 +108,7 @@ class EditedScene {
     read();
   }
 
-  /// Throws InputError where the text does not say what it should.
+  /// Throws InputError where the words of the text differ from table_.
   void check() const {
     if (words() != table_) throw form_error();
   }
@@ -222,7 +222,7 @@ class EditedScene {
   std::string label_;
   std::string line_end_;
   std::vector<Line> lines_;   ///< names of columns, then rows
-  std::vector<Words> table_;  ///< what they should say
+  std::vector<Words> table_;  ///< words that the lines must have
 };
 
 }  // namespace
