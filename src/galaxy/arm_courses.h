@@ -92,7 +92,7 @@ struct ArmProfile {
 
   /// The mean of F around the circle of radius r.
   double mean(const ArmCourses& courses, double r) const;
-  /// These means at `intervals` + 1 even steps of r in [0, 1].
+  /// The means of F around circles, at `intervals` + 1 even steps of r in [0, 1].
   std::vector<double> means(const ArmCourses& courses, std::size_t intervals) const;
 
   ArmFactorInput input(const ArmCourses& courses) const;

@@ -39,7 +39,8 @@ struct GridShift {
   double rest_x = 0, rest_y = 0;  ///< offset of the middle from this shift, pixels
   double bend = 0;                ///< largest difference between offsets of a corner and the middle
 };
-/// Nothing where a corner of the small image has no pixel in the large one.
+/// The shift of the small image on the large one; nothing where a corner of the small image has no
+/// pixel in the large one.
 std::optional<GridShift> grid_shift(const CelestialWcs& large, const CelestialWcs& small, int width,
                                     int height);
 

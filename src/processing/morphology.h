@@ -11,7 +11,8 @@
 namespace gamer {
 
 struct MorphologyOptions {
-  /// Where the search for the centre begins, from 0; by default brightest_place().
+  /// The place, counted from 0, where the search for the centre begins; by default
+  /// brightest_place().
   std::optional<double> x, y;
   /// Sigma of white noise; by default the noise is measured in the corners.
   std::optional<double> sky_sigma;

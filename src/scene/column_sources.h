@@ -13,7 +13,7 @@ namespace gamer {
 
 using column::Column;
 
-/// Where the values of one scene column come from.
+/// The source of the values of one scene column.
 struct ColumnSource {
   enum class Kind { absent, constant, catalogue };
   Kind kind = Kind::absent;

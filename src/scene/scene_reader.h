@@ -72,7 +72,7 @@ class SceneReader {
   /// Orientation of the selected row; in an animation, that of the first frame.
   glm::dmat3 orient(const glm::dvec3& centre);
   void read_galaxy(const Position& position, double radius);
-  /// False for a star that does not touch the image.
+  /// Reads the selected row's star; returns false for a star that does not touch the image.
   bool read_star(const Position& position);
   /// Reads the selected row's object and adds it to the scene. Returns false, and adds nothing,
   /// where the object does not touch the field. Without a field all galaxies are added.

@@ -16,7 +16,7 @@ namespace gamer {
 /// steps. It gives the directions of CelestialWcs to rounding, without trigonometric functions.
 class TangentPlane {
  public:
-  /// Nothing for other projections and for distorted images.
+  /// The plane of a WCS; nothing for other projections and for distorted images.
   static std::optional<TangentPlane> of(const CelestialWcs& wcs);
 
   /// Unit vector of a place, in the pixel coordinates of Camera.

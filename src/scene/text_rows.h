@@ -22,7 +22,7 @@ struct TextLine {
 class LineReader {
  public:
   explicit LineReader(std::string_view text);
-  /// False at the end of the text.
+  /// Reads the next line; returns false at the end of the text.
   bool next(TextLine& line);
 
  private:

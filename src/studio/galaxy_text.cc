@@ -53,7 +53,7 @@ std::string nested(const Key& key, const std::string& value) {
 /// The bytes of a text where an edit takes place: the sections of one table.
 class TextTable {
  public:
-  /// `part` is a section with the key, relative to the table, of what it holds.
+  /// A section of the table, and the section's key relative to the table.
   struct Part {
     Key key;
     const TomlSection* section;
@@ -419,7 +419,7 @@ class EditedText {
     return list == TextList::components ? component_at(tree_, index) : arm_at(tree_, index);
   }
 
-  /// Where an element stands after a move.
+  /// The place of an element after a move.
   static int place_after(const MoveEdit& edit, int place) {
     if (place == edit.from) return edit.to;
     if (edit.from < place && place <= edit.to) return place - 1;

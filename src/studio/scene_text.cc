@@ -78,7 +78,7 @@ class EditedScene {
   void operator()(const AddRowEdit& edit) {
     (*this)(CloneRowEdit{edit.row});
     const int row = edit.row + 1;
-    // What belongs to the other galaxy alone does not go with the new one.
+    // Values that belong to the copied row's galaxy alone are left out of the new row.
     const Words names = table_.front();
     for (const std::string& name : names) {
       const bool is_own = name == "sed" || name == "id" || name == "overrides" ||

@@ -12,7 +12,8 @@ struct SetCellEdit {
   std::string column;
   std::string word;  ///< "-" for no value
 };
-/// Adds a row of another galaxy behind a row; its other values are those of that row.
+/// Adds a row of another galaxy behind a row. Its values are those of that row, without id, sed and
+/// overrides.
 struct AddRowEdit {
   int row = 0;
   std::string galaxy;

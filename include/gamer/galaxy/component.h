@@ -269,7 +269,7 @@ void register_component_kind(ComponentKind kind);
 /// Throws InputError at `where` for an unknown name, with near ones.
 const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where);
 
-/// What the components of a galaxy file share.
+/// The data that all components of a galaxy file share.
 struct ComponentSurroundings {
   const ArmPattern& arms;
   double axis_z;          ///< the galaxy's stretch along z

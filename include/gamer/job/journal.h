@@ -99,7 +99,7 @@ class Journal {
   /// Sets a function that is called just before the file gets its name.
   void when_begun(std::function<void()> call) { when_begun_ = std::move(call); }
 
-  // These throw RunError "<path>: cannot write: ...".
+  // The functions below throw RunError "<path>: cannot write: ...".
   void add_rows(int section, RowRange rows, std::span<const double> values, bool single);
   /// Records that all rows are there. From now on files get their final names.
   void add_end();

@@ -36,7 +36,8 @@ class GalaxyIndex {
   /// The ball that holds all rays of the pixels [left, right) x [bottom, top); nothing if no pixel
   /// shows sky.
   std::optional<Ball> pixels(int left, int right, int bottom, int top) const;
-  /// False if certainly no ray of these pixels meets a galaxy. The check is quick for many pixels.
+  /// Whether a ray of these pixels may meet a galaxy; false only if certainly none does. The check
+  /// is quick for many pixels.
   bool may_meet(int left, int right, int bottom, int top) const;
   /// The ball that holds all rays within `pixels` pixels of a ray, in the pixels of
   /// Camera::pixel_size().

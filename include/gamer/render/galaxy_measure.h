@@ -14,7 +14,7 @@ struct GalaxyMeasure {
   /// [plane] Light of the rays without dust, as a share of dust_free_flux(); 1 where the flux is
   /// not fixed.
   std::vector<double> dust_free;
-  /// Where the flux is fixed, PlacedGalaxy::light_factors; else empty.
+  /// PlacedGalaxy::light_factors of a galaxy of fixed flux; empty for other galaxies.
   std::vector<double> light_factors;
   double half_light_radius = 0;  ///< scene units; circle around the centre, first plane, with dust
   /// Ellipticity from second moments of the light of the first plane, with dust, about its

@@ -71,7 +71,7 @@ class Catalogue {
   /// number.
   static Catalogue parse(std::string_view text, const std::string& label, CatalogueFormat format,
                          const std::string& table_name = {});
-  /// From a FITS table; rows count from 1 in messages ("catalogue.fits, row 12").
+  /// The catalogue of a FITS table. Rows count from 1 in messages ("catalogue.fits, row 12").
   static Catalogue from_table(DataTable table, const std::string& label);
 
   CatalogueFormat format() const { return format_; }

@@ -48,7 +48,7 @@ class GalaxyLibrary {
   /// The footprints for which drafts are measured. Wider footprints occur only at higher
   /// tolerances.
   static FootprintRange draft_footprints();
-  /// These parameters with the tolerance at which drafts are measured.
+  /// The given parameters, with the tolerance at which drafts are measured.
   static RenderParameters draft_accuracy(RenderParameters parameters);
 
   /// Makes later calls take galaxies that earlier scenes measured from this store.

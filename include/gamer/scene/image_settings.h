@@ -35,7 +35,8 @@ struct ImageRegion {
 /// Section [image]: the image's file and the unit of its pixels.
 struct ImageSettings {
   static ParameterSection section();
-  /// Throws InputError for a data type or a tone that no file has, and for an empty region.
+  /// Throws InputError for a data type or a tone that no file has, and for a region that is not
+  /// four whole numbers.
   static ImageSettings read(const ParameterSet& values);
 
   OutputOptions output;

@@ -39,7 +39,7 @@ class MeasuredGalaxies {
   struct Used {
     Entry entry;
     std::uint64_t scene = 0;   ///< number of the last scene that used it
-    std::uint64_t number = 0;  ///< number of galaxies added before
+    std::uint64_t number = 0;  ///< number of its addition, from 1
   };
   std::mutex mutex_;
   std::uint64_t scene_ = 0, added_ = 0;

@@ -156,7 +156,7 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& dens
   const auto row = hn::Mul(index_of(x), hn::Set(du, lattice_px));
   const auto along =
       hn::Add(hn::Mul(index_of(y), hn::Set(du, lattice_py)), hn::Set(du, level.seed));
-  // From the lattice back to galaxy radii.
+  // Factors that turn offsets in the lattice back to galaxy radii.
   const float turn_x = level.cosine * level.cell * level.cell;
   const float turn_y = level.sine * level.cell * level.cell;
   const auto reach = static_cast<float>(1 / clump_reach(double{level.bends}));

@@ -176,7 +176,8 @@ double Bar::column(double u, double v) const {
 }
 
 double Bar::integral_of_body() const {
-  // In directions of the plane of u and v, where a point at the distance q has m = q M.
+  // Gauss' rule over directions in the plane of u and v. A point at the distance q has m = q M
+  // there.
   using Directions = boost::math::quadrature::gauss<double, 20>;
   using Radii = boost::math::quadrature::gauss<double, 20>;
   const double w = shape_.cut;

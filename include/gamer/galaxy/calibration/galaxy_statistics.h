@@ -44,7 +44,8 @@ class GalaxyStatistics {
   std::size_t parts(Round round) const { return of(round).size(); }
   /// Index of the component to which a part belongs.
   std::size_t component(Round round, std::size_t part) const { return of(round)[part].component; }
-  /// What decides the results of a part. Parts of equal name have equal results, in any galaxy.
+  /// A text of all that decides the results of a part. Parts of equal name have equal results, in
+  /// any galaxy.
   std::string name(Round round, std::size_t part) const;
   /// Largest number of results of a part.
   std::size_t most_numbers() const { return most_numbers_; }
