@@ -8,7 +8,7 @@
 namespace gamer {
 namespace {
 
-/// In single quotes of a shell.
+/// The text in single quotes of a shell.
 std::string quoted(std::string_view text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);

@@ -123,7 +123,7 @@ HWY_INLINE void SinCos(D d, V x, V& sine, V& cosine) {
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V AtanOfRatio(D d, V small, V large) {
   large = hn::Max(large, hn::Set(d, 1.17549435e-38f));
-  // By reduction to |u| <= tan(pi/8).
+  // The ratio is reduced to |u| <= tan(pi/8).
   const auto upper = hn::Gt(small, hn::Mul(large, hn::Set(d, 0.414213562f)));
   const V u = hn::Div(hn::Sub(small, hn::IfThenElseZero(upper, large)),
                       hn::Add(large, hn::IfThenElseZero(upper, small)));

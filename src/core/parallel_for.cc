@@ -112,7 +112,8 @@ class Team {
     if (waiting_ > 0) changed_.notify_all();
     work_in(loop, lock);
     while (loop.workers > 0) {
-      // Only loops within this one: others may take longer and would nest on this thread's stack.
+      // This thread helps only in loops within this one. Others may take longer, and would nest on
+      // this thread's stack.
       if (Loop* inner = find(&loop)) {
         work_in(*inner, lock);
       } else {

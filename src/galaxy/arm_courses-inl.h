@@ -1,4 +1,4 @@
-// Included by kernels, once for each SIMD target.
+// The factor of arms with courses of their own, over vectors. Included once per SIMD target.
 
 #if defined(GAMER_GALAXY_ARM_COURSES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef GAMER_GALAXY_ARM_COURSES_INL
@@ -18,7 +18,7 @@ HWY_BEFORE_NAMESPACE();
 namespace gamer {
 namespace HWY_NAMESPACE {
 
-/// What the table of an arm says at each radius of a vector.
+/// An arm's offset, strength and inverse width at each radius of a vector.
 template <class D>
 struct ArmPlaces {
   hn::Vec<D> offset, strength, inverse_width;
@@ -76,7 +76,7 @@ class ArmNodes {
 
  private:
 #if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
-  /// What the table says at the radii of lanes j, j + 4, ...; a block each.
+  /// The table's values at the radii of lanes j, j + 4, ...; one block for each lane.
   template <int j>
   HWY_INLINE hn::Vec<D> Between(D d, const float* HWY_RESTRICT table) const {
     const auto low = LoadBlocks(d, table, index_ + j);
@@ -84,7 +84,7 @@ class ArmNodes {
     return hn::MulAdd(hn::Broadcast<j>(beyond_), hn::Sub(high, low), low);
   }
 #else
-  /// Number q of the table's nodes.
+  /// The table's values at the radii of all lanes, from number q of each node.
   HWY_INLINE hn::Vec<D> At(D d, const float* table, int q) const {
     const auto index = hn::Load(hn::RebindToSigned<D>(), index_);
     const auto low = hn::GatherIndex(d, table + q, index);
@@ -116,7 +116,7 @@ HWY_INLINE V WithoutTurns(D d, V angle) {
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V ArmFactor(D d, V r, V angle, const ArmFactorInput& in) {
   const V one = hn::Set(d, 1.0f);
-  // x^2/2 as a power of 2.
+  // exp(-x^2/2) = 2^(scale x^2).
   const float scale = -0.5f * std::numbers::log2e_v<float>;
   const ArmNodes nodes(d, r);
   V missed = one;

@@ -72,14 +72,14 @@ constexpr double fall = 0.2;
 // Half the width over which the pitch changes at a kink, in nodes.
 constexpr std::size_t kink_nodes = 8;
 
-// Radius within which offsets stay what they are there, since laws of pitch diverge at the centre.
+// Radius within which offsets are constant, since laws of pitch diverge at the centre.
 constexpr double innermost = 0.04;
 
 // Smallest ratio of a segment's tan p to that of the law.
 constexpr double least_ratio = 0.35;
 
-// Deviation from an arm's law, in distances of neighbouring arms, beyond which a segment leads
-// back.
+// Deviation from an arm's law, in distances of neighbouring arms, beyond which the next segment
+// leads back to the law.
 constexpr double largest_deviation = 0.12;
 
 // Widest profile, radians; at half a turn from the crest it is below 5e-5.
@@ -104,7 +104,7 @@ class Draws {
 
 }  // namespace
 
-/// What the files say of one arm.
+/// The parameters of one arm, from [arms] and its [[arm]].
 struct ArmCourses::Arm {
   double offset = 0;  ///< at its begin, radians
   double strength = 1, width = 1;

@@ -17,7 +17,7 @@ namespace gamer {
 /// component's density is multiplied by
 ///   F = I + (1 - I) (1 - prod_k (1 - a_k(r) exp(-x_k^2/2))),  x_k = Delta_k/(w g_k(r)),
 /// where Delta_k in [-pi, pi] is the angle from the crest and a_k in [0, 1] the arm's strength. The
-/// component's arms have the width w, this arm g_k times as much. The floor I and the width w
+/// width w is that of the component's arms; arm k is g_k times as wide. The floor I and the width w
 /// follow from the component's `arm_width` (ArmProfile). F lies in [I, 1].
 class ArmCourses {
  public:
@@ -46,8 +46,8 @@ class ArmCourses {
   /// Whether a galaxy's [arms], or its list of [[arm]], asks for courses.
   static bool are_asked_for(const ParameterSet& common, const ConfigNode* list);
   /// `list` may be null: all arms of `pattern` are alike then. Throws InputError for an array that
-  /// holds something else than tables. Throws it for an arm that leaves a later arm of the list,
-  /// and for kinks that do not fit the pitch angles.
+  /// holds something else than tables. Other errors are an arm that leaves a later arm of the list,
+  /// and kinks that do not fit the pitch angles.
   ArmCourses(const ArmPattern& pattern, const ParameterSet& common, const ConfigNode* list);
 
   std::size_t size() const { return table_.size() / arm_size; }
@@ -58,10 +58,10 @@ class ArmCourses {
   /// Course of arm k at a radius in [0, 1].
   Place at(std::size_t k, double r) const;
 
-  /// Moves points, in the plane, about the axis. Each trunk k then has the constant offset 2 pi
-  /// k/trunks() of an even pattern. The arms are turned by `shift` (radians). Between arms the
-  /// angle is a mean of the arms' angles, weighted with exp(-4.5 (Delta_k trunks/2 pi)^2). The
-  /// arrays x, y hold the result.
+  /// Turns points about the axis so that the trunks, arms that leave no other arm, become an even
+  /// pattern. Trunk k then has the constant offset 2 pi k/trunks(). The arms are turned by `shift`
+  /// (radians). Between arms the angle is a mean of the arms' angles, weighted with exp(-4.5
+  /// (Delta_k trunks/2 pi)^2). The arrays x, y hold the result.
   void straighten(const Points& points, const ArmPattern& pattern, double shift, float* x,
                   float* y) const;
 
@@ -74,9 +74,9 @@ class ArmCourses {
   std::vector<float> table_;
 };
 
-/// What kernels need of the arms of one component.
+/// The arms of one component, for kernels.
 struct ArmFactorInput {
-  const float* table;  ///< of ArmCourses
+  const float* table;  ///< ArmCourses::table()
   std::size_t size;    ///< number of arms
   float floor, inverse_width;
 };
@@ -92,7 +92,7 @@ struct ArmProfile {
 
   /// The mean of F around the circle of radius r.
   double mean(const ArmCourses& courses, double r) const;
-  /// These means at `intervals` + 1 even steps of r in [0, 1].
+  /// The means of F around circles, at `intervals` + 1 even steps of r in [0, 1].
   std::vector<double> means(const ArmCourses& courses, std::size_t intervals) const;
 
   ArmFactorInput input(const ArmCourses& courses) const;

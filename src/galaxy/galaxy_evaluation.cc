@@ -95,8 +95,8 @@ void Compact(const SampleBatch& batch, const float* heights, const float* HWY_RE
   const auto limit = hn::Set(d, threshold);
   const auto fade_scale = hn::Set(d, 1 / (threshold * (fade_factor - 1)));
   std::size_t size = 0;
-  // Numbers are compressed in a register, since compressing into memory is slow. Numbers stored
-  // beyond the end are overwritten.
+  // Numbers are compressed in a register, since compressing into memory is slow. A store also
+  // writes numbers beyond the kept ones; later stores overwrite them.
   const auto keep = [&](auto values, auto mask, float* to)
                         HWY_ATTR { hn::StoreU(hn::Compress(values, mask), d, to + size); };
   for (std::size_t i = 0; i < batch.size; i += lanes) {
@@ -305,8 +305,8 @@ void Galaxy::look_up_means(std::size_t size, const BatchArray* log_footprints, b
   }
 }
 
-/// One call of evaluate(): a batch with its envelopes, and what tables and followed components say
-/// of its points.
+/// One call of evaluate(): a batch with its envelopes, and the values of tables and followed
+/// components at its points.
 class Galaxy::Evaluation {
  public:
   Evaluation(const Galaxy& galaxy, const Points& points, float threshold, const RayBatch* rays,
@@ -328,7 +328,7 @@ class Galaxy::Evaluation {
                       std::span<BatchArray> variants);
 
   const Galaxy& galaxy_;
-  const std::size_t count_;  ///< of components
+  const std::size_t count_;  ///< number of components
   const float threshold_;
   const RayBatch* const rays_;
   const BatchArray* const footprints_;
@@ -336,7 +336,7 @@ class Galaxy::Evaluation {
   EvaluationCounts& counts_;
   SampleBatch batch_;
   bool is_even_;
-  std::size_t places_;  ///< of a table that are looked up
+  std::size_t places_;  ///< number of places at which tables are looked up
   BatchArray log_footprints_;
   std::unique_ptr<BatchArray[]> means_, followed_phi_;
 };

@@ -42,7 +42,7 @@ struct Grid {
   }
 
   int azimuth_count;
-  std::vector<double> azimuth, cosine, sine;  ///< twice the number of a ring
+  std::vector<double> azimuth, cosine, sine;  ///< twice as many as a ring has points
   std::vector<double> height, weight;
 };
 

@@ -17,7 +17,7 @@ class ScaledTexture : public Texture {
     rms_ = statistics[1];
   }
   double rms() const override { return rms_; }
-  /// 1/mean, by which evaluate_whole() multiplies the function.
+  /// One over the function's mean; evaluate_whole() multiplies the function by it.
   double scale() const { return scale_; }
 
  protected:

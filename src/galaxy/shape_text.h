@@ -16,11 +16,13 @@ std::string measure_key(const GalaxySettings& settings);
 /// fractions and the optical depth of smooth layers do not count.
 std::string shape_text(const ConfigNode& file, const GalaxySettings& settings);
 
-/// A text of all but components that decides them: arms and axis of a galaxy file's tree.
+/// A text of what decides components besides their own tables: arms and axis of a galaxy file's
+/// tree.
 std::string surroundings_text(const ConfigNode& file);
 
-/// The digests of a component's table; `name` is its name. They are alike for those components that
-/// differ in spectrum and light alone. A component that follows another needs its digest, too.
+/// The digests of a component's table; `name` is its name. Components that differ in spectrum and
+/// light alone have equal digests. A component that follows another also needs that one's digest
+/// (Component::follow()).
 ComponentDigests component_digests(const ConfigNode& node, const std::string& name,
                                    const ComponentKind& kind, const std::string& surroundings,
                                    const GalaxySettings& settings);

@@ -16,7 +16,7 @@ struct SpiralBatch {
   BatchArray u_radial;
   BatchArray v_radial;
   BatchArray u_gradient;  ///< |grad u|, per galaxy radius
-  BatchArray ratio;       ///< |grad v|/|grad u|: 1 where the pitch is the reference one
+  BatchArray ratio;       ///< |grad v|/|grad u|: 1 at the reference pitch
 };
 
 /// Coordinates along (v) and across (u) the n evenly spread arms of a spiral [Bizard 2018, section
@@ -91,9 +91,9 @@ struct HelicalMap {
   int p = 1;
   int q = 0;
 
-  /// The map closest to the wanted one, with x across and y along a direction at `angle` (radians)
-  /// from the arms, outwards along them. Per unit of (u, v) there are `frequency` cycles across and
-  /// frequency/stretch cycles along this direction.
+  /// The map closest to the wanted one. There x is across and y is along a direction at `angle`
+  /// (radians) from the arms; the direction points outwards. Per unit of (u, v) there are
+  /// `frequency` cycles across and frequency/stretch cycles along this direction.
   static HelicalMap along(const SpiralCoordinates& coordinates, double frequency, double stretch,
                           double angle);
   /// A map without direction, with about `frequency` cycles per unit of u.

@@ -11,10 +11,10 @@ namespace gamer {
 /// A private folder for unfinished files, beside the final file. Only this user may enter it, so
 /// nobody else can replace a file by a link.
 ///
-/// Its owner holds the lock of a file in it, whose name contains the machine's. If that file is
-/// there but not locked, the owner process has ended. Where the system allows, files are opened
-/// relative to the folder's descriptor. Another user who moves the folder can then not substitute
-/// another one.
+/// The process that owns the folder locks a file in it, whose name contains the machine's name. If
+/// that file is there but not locked, the owner process has ended. Where the system allows, files
+/// are opened relative to the folder's descriptor. Another user who moves the folder can then not
+/// substitute another one.
 class PrivateFolder {
  public:
   /// Makes a new folder. Throws RunError "<final path>: cannot write: ...".

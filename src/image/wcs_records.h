@@ -21,7 +21,8 @@ std::vector<std::string> celestial_records(const std::vector<std::string>& heade
 /// position on the sky, or distortions are in tables of other HDUs.
 void check_self_contained(const std::vector<std::string>& header, const std::string& label);
 
-/// A card whose value is written unchanged, and one whose text is put in quotes.
+/// The record of a card. make_record() writes the value unchanged; the second function puts a text
+/// in quotes.
 std::string make_record(const std::string& key, const std::string& value,
                         const std::string& comment);
 std::string make_text_record(const std::string& key, const std::string& text,

@@ -185,7 +185,8 @@ void CalibrationCache::save(const std::string& shape, const CalibrationParts& pa
   if (fs::create_directories(folder_, error)) forget_builds(folder_.parent_path());
   fs::create_directories(file.parent_path(), error);
   fs::last_write_time(folder_, fs::file_time_type::clock::now(), error);
-  // Without a sync to disk, what a crash of the machine leaves has no valid check sum.
+  // The file is not synced to disk. After a crash of the machine its check sum tells whether it is
+  // whole.
   const fs::path unfinished = file.string() + fmt::format(".{}", getpid());
   std::ofstream stream(unfinished, std::ios::binary);
   stream << identity_ << pack_parts(parts);

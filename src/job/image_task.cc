@@ -34,7 +34,7 @@ std::optional<std::pair<std::uint64_t, std::uint64_t>> identity(const fs::path& 
   return std::pair<std::uint64_t, std::uint64_t>(status.st_dev, status.st_ino);
 }
 
-/// Where the truth goes. It is an option, not a parameter.
+/// The destination of the truth, which is an option and no parameter.
 std::string truth_text(const JobOptions& options) {
   if (!options.truth) return "";
   return options.truth_table.empty() ? "in the image" : "in " + options.truth_table.string();

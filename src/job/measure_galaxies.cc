@@ -93,10 +93,10 @@ class Measurement {
   static std::string known_name(const Subject& subject, const std::string& part) {
     return subject.galaxy->shape() + ' ' + part;
   }
-  /// Takes from the cache what it holds.
+  /// Takes the parts that the cache holds.
   void recall();
   void measure(GalaxyStatistics::Round round);
-  /// Gives the cache what it did not hold.
+  /// Gives the cache the parts that it did not hold.
   void keep() const;
   /// GalaxyStatistics::measure(), unless the part is known.
   void measure_part(Subject& subject, GalaxyStatistics::Round round, std::size_t part,

@@ -17,8 +17,8 @@ void record_other_columns(Scene& scene, bool always, const std::string& label,
                           Resources& resources);
 
 /// The table SCENE has a row per object of the list. It has the columns of the list in their units,
-/// then those of the recorded text `others`. Without this text (null) the row's number follows. A
-/// number without a value is its column's default, or NaN where there is none.
+/// then those of the recorded text `others`. Without this text (null) the row's number follows.
+/// Where a row gives no number, the table has the column's default, or NaN without a default.
 DataTable scene_table(const Scene& scene, const Resources::Text* others,
                       const RenderParameters& parameters);
 

@@ -254,7 +254,7 @@ struct LatticeSeeds {
 };
 
 /// The words of the corners of a cell of the cubic lattice: a[i], b[i][j] and c[k] are those of the
-/// corner (i, j, k). The second depends on i where points are identified by a translation.
+/// corner (i, j, k). Words b depend on i where points are identified by a translation.
 template <class D>
 struct CornerWords {
   using VU = hn::Vec<hn::RebindToUnsigned<D>>;
@@ -420,7 +420,8 @@ class MultiplicativeCombiner {
   V product_;
 };
 
-/// Billow or ridged. One kind for all octaves and points makes the branch predictable.
+/// Combines octaves as billow or ridged noise. One kind for all octaves and points makes the branch
+/// predictable.
 template <class D, int components>
 class RidgeCombiner {
   static_assert(components == 1);

@@ -54,7 +54,7 @@ constexpr LatticeSeed lattice_seed(std::uint32_t seed) {
   return {x, y, mix32(y + step)};
 }
 
-/// What LatticeSeed adds where the cell counts from cell_origin_bits.
+/// The seed that gives equal words where cells count from cell_origin_bits.
 constexpr LatticeSeed from_cell_origin(LatticeSeed seed) {
   return {seed.x - cell_origin_bits * lattice_px, seed.y - cell_origin_bits * lattice_py,
           seed.z - cell_origin_bits * lattice_pz};
@@ -120,7 +120,7 @@ struct LatticeCycle {
 struct LatticeWrap {
   LatticeCycle x, y, z;
   float shear;               ///< of j for one period of i
-  std::uint32_t word_shear;  ///< what it subtracts
+  std::uint32_t word_shear;  ///< what one period of i subtracts from the word of j
   bool cycles;               ///< whether y or z has a period
 };
 

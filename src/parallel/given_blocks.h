@@ -6,13 +6,13 @@
 
 namespace gamer {
 
-/// Which blocks of rows each rank was given and has not sent back yet.
+/// The blocks of rows that each rank was given and has not sent back yet.
 class GivenBlocks {
  public:
   explicit GivenBlocks(int ranks);
 
   void give(int rank, RowRange block);
-  /// False when the rank has no such block.
+  /// Takes a block back from a rank; returns false when the rank has no such block.
   bool take_back(int rank, RowRange block);
   bool has_any(int rank) const;
 

@@ -39,12 +39,12 @@ class WorkerPool {
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  /// A finished block; waits for one. None when there will be no more.
+  /// Waits for a finished block and returns it; none when there will be no more.
   std::optional<FinishedBlock> take();
-  /// Takes a block as take() does; none also after `timeout`.
+  /// Does what take() does, but returns none after `timeout`.
   std::optional<FinishedBlock> take_for(std::chrono::microseconds timeout);
 
-  /// All threads have ended and all results are taken.
+  /// Whether all threads have ended and all results are taken.
   bool finished() const;
   /// Seconds in compute so far, sum over the threads.
   double compute_seconds() const;

@@ -13,7 +13,8 @@ namespace gamer {
 
 /// Concentric, similar ellipses on a plane of pixels. Pixel (x, y), counted from 0, is the square
 /// of side 1 around (x, y). For an offset d from the centre, (u, v) = A d has u along the major and
-/// v along the minor axis. The stretch of v makes u^2 + v^2 = r^2 the ellipse of semi-major axis r.
+/// v along the minor axis. A stretches v so that u^2 + v^2 = r^2 is the ellipse of semi-major axis
+/// r.
 class Ellipses {
  public:
   /// Ellipses with semi-major axes in pixels; `angle` of the major axis in rad from +x towards +y.
@@ -28,7 +29,7 @@ class Ellipses {
   double y() const { return y_; }
   Ellipses moved_to(double x, double y) const;
 
-  /// Semi-major axis of the ellipse through that point.
+  /// Semi-major axis of the ellipse through (x, y).
   double radius(double x, double y) const;
   double area(double radius) const;  ///< pixels
   /// Half-width of the square box around the ellipse, pixels.
@@ -50,8 +51,8 @@ class Ellipses {
 };
 
 /// Converts between position angles on the sky (from North towards East, rad, [0, pi[) and angles
-/// on the pixels (from +x towards +y, rad) at (x, y). Throw InputError where that pixel shows no
-/// sky.
+/// on the pixels (from +x towards +y, rad) at (x, y). Both throw InputError where that pixel shows
+/// no sky.
 double position_angle_on_sky(const CelestialWcs& wcs, double x, double y, double angle);
 double angle_on_pixels(const CelestialWcs& wcs, double x, double y, double position_angle);
 struct LightMoments;

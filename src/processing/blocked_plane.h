@@ -8,7 +8,7 @@
 namespace gamer {
 
 /// A plane that is read in square blocks of `side` pixels, for changes whose rows need many rows of
-/// the source. Square blocks read the least of it.
+/// the source. Square blocks need the fewest pixels of the source.
 class BlockedPlane : public Plane {
  public:
   Tile tile() const override { return {side_, side_}; }

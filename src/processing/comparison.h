@@ -20,7 +20,7 @@ struct Comparison {
 
   double relative_max() const;  ///< max_difference/max_reference; 0 where both are 0
   double relative_rms() const;  ///< rms_difference/rms_reference; 0 where both are 0
-  /// True where no pixel is mismatched and max_difference <= absolute + relative * max_reference.
+  /// Whether no pixel is mismatched and max_difference <= absolute + relative * max_reference.
   bool within(double relative, double absolute) const;
 };
 

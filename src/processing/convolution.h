@@ -7,9 +7,9 @@
 
 namespace gamer {
 
-/// Continuation of an image beyond its edges. With `zero` there is nothing: light that leaves is
-/// lost. With `reflect` it is mirrored at the outer sides of the edge pixels (... b a | a b ...).
-/// With `wrap` it is repeated.
+/// Continuation of an image beyond its edges. With `zero` pixels there are 0, and light that
+/// crosses an edge is lost. With `reflect` it is mirrored at the outer sides of the edge pixels
+/// (... b a | a b ...). With `wrap` it is repeated.
 enum class EdgeMode { zero, reflect, wrap };
 
 struct ConvolutionOptions {
@@ -25,7 +25,7 @@ struct ConvolutionOptions {
 /// The convolution out(x, y) = sum over (i, j) of stamp(i, j) source(x - i, y - j).
 ///
 /// *Missing pixels* are NaN and infinities; they become NaN and spread no further. Where the stamp
-/// covers some of them, the good pixels stand for all: out = S sum_good(stamp source) /
+/// covers missing pixels, the good pixels stand for all: out = S sum_good(stamp source) /
 /// sum_good(stamp), where S is the stamp's sum. Where sum_good(stamp) < 1e-3 S, out is NaN. Places
 /// beyond the edge (EdgeMode::zero) are no missing pixels.
 ///
@@ -34,8 +34,9 @@ struct ConvolutionOptions {
 /// threads. Tiles near the ends of the floating-point range are scaled by a power of two. Errors in
 /// double precision and of direct sums are about 1e-15 of the tile's brightest pixel.
 ///
-/// Throws std::invalid_argument for a stamp with even sides, with values that are not finite or not
-/// width * height. Throws it for transforms smaller than the stamp.
+/// Throws std::invalid_argument for a stamp with even sides, with values that are not finite, or
+/// with another number of values than width * height. Another error is transforms smaller than the
+/// stamp.
 PlanePtr convolved(PlanePtr source, Stamp stamp, const ConvolutionOptions& options = {});
 
 /// Convolves with a stamp that is made when pixels are read, and made again if other planes were

@@ -36,10 +36,10 @@ struct Detector {
 };
 
 /// Key of a plane's random numbers. It follows from the seed, the plane's label (band or
-/// wavelength, see PlaneInfo) and `occurrence`. This is the plane's number, from 0, among planes
-/// with equal labels in a file. So a band has equal noise in a cube, in any order of planes and
-/// alone in a file. Bands differ although the seed is one. Noise is a function of this key and the
-/// pixel's place.
+/// wavelength, see PlaneInfo) and `occurrence`. The occurrence is the plane's number, from 0, among
+/// planes with equal labels in a file. A band thus has equal noise in a cube, in any order of
+/// planes and alone in a file. Bands of one seed have different noise. Noise is a function of this
+/// key and the pixel's place.
 std::uint64_t noise_key(std::uint64_t seed, std::string_view label, int occurrence = 0);
 
 /// The plane as the detector reads it.
@@ -49,7 +49,7 @@ PlanePtr observed(PlanePtr source, const Detector& detector, std::uint64_t key);
 /// read_noise^2) per_electron^2. Saturation is neglected.
 PlanePtr observed_variance(PlanePtr source, const Detector& detector);
 
-/// The source plus Normal(0, sigma).
+/// The source plus noise of Normal(0, sigma).
 PlanePtr with_gaussian_noise(PlanePtr source, double sigma, std::uint64_t key);
 
 /// sigma^2 where the source has a value; elsewhere NaN.

@@ -19,17 +19,17 @@ struct DiskFit {
   Type type = Type::one;
   double central = 0;       ///< brightness of the (inner) exponential at the centre
   double inner_scale = 0;   ///< scale length within the break; of the whole disk for type I
-  double outer_scale = 0;   ///< that beyond the break; NaN for type I
+  double outer_scale = 0;   ///< scale length beyond the break; NaN for type I
   double break_radius = 0;  ///< NaN for type I
   double rms = 0;           ///< of ln I about the fit
 };
 
 /// Fits ln I = c - r/h, and the continuous function with slopes -1/h1 and -1/h2 on both sides of a
 /// break, by least squares. Points count by their spacing, so that each length of radius counts
-/// alike. At least three points lie on both sides of the break. The criterion is n ln(rms^2) + k ln
-/// n, with two parameters more for the break (Bayesian information criterion). The break is taken
-/// where it lowers this by 10 and the slopes differ by more than 15 %. Nothing for fewer than 8
-/// points with light.
+/// alike. At least three points lie on each side of the break. The criterion is n ln(rms^2) + k ln
+/// n, with two parameters more for the break (Bayesian information criterion). The fit has a break
+/// if this lowers the criterion by 10 and the slopes differ by more than 15 %. The result is empty
+/// for fewer than 8 points with light.
 std::optional<DiskFit> fit_disk(std::span<const ProfilePoint> profile);
 
 }  // namespace gamer

@@ -33,7 +33,7 @@ class Drawing {
   void colour(const Colour& colour, double opacity = 1);
   void line(double x0, double y0, double x1, double y1, double width);
   void dot(double x, double y, double radius);
-  /// A path of the box, for outline() or clip().
+  /// Makes a box the current path, for outline() or clip().
   void box(double left, double top, double right, double bottom);
   void ellipse(double x, double y, double semi_major, double semi_minor, double angle,
                double width);

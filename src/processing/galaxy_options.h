@@ -10,15 +10,15 @@
 
 namespace gamer {
 
-// What operations share that measure one galaxy: its planes, centre and sky.
+// The shared parts of operations that measure one galaxy: its planes, centre and sky.
 
 /// --planes, --center, --position, --sky and --annulus.
 ParameterTable galaxy_parameters();
 
-/// One plane in memory, less its sky.
+/// One plane in memory, from which the sky is subtracted.
 struct GalaxyPlane {
   Image image;
-  double sky = 0;                   ///< what was subtracted from each pixel
+  double sky = 0;                   ///< value that was subtracted from each pixel
   std::optional<PlanePoint> start;  ///< the given centre, from 0
   std::optional<CelestialWcs> wcs;
   double pixel_area = 1;  ///< arcsec^2; NaN without celestial coordinates
@@ -49,7 +49,7 @@ double angle_of_position(const GalaxyPlane& galaxy, double x, double y, double p
 DataTable printed_columns(const OperationCall& call, const DataTable& table,
                           const std::vector<std::string>& names);
 
-/// Puts the columns of a centre, from 0: x, y, ra and dec.
+/// Appends the columns x, y, ra and dec of a centre, which counts from 0.
 void put_centre(DataTable& table, const GalaxyPlane& galaxy, double x, double y);
 
 }  // namespace gamer

@@ -5,7 +5,7 @@
 
 namespace gamer {
 
-/// Where a galaxy ends, Petrosian radii.
+/// The radius at which a galaxy ends, Petrosian radii.
 inline constexpr double galaxy_extent = 1.5;
 
 /// A point of an image; pixels count from 0.
@@ -40,8 +40,8 @@ struct EllipticalLight {
   double petrosian = 0;
 };
 /// Ellipses with the centre of `start`, and the axis ratio and angle of the light's moments within
-/// the ellipse of 1.5 Petrosian radii. The ellipse is repeated until neither changes, at most 20
-/// times. Throws what petrosian_radius() throws.
+/// the ellipse of 1.5 Petrosian radii. The measurement is repeated in the new ellipse until axis
+/// ratio and angle stay, at most 20 times. Throws what petrosian_radius() throws.
 EllipticalLight elliptical_light(const Plane& plane, const Ellipses& start, int threads);
 
 }  // namespace gamer

@@ -11,10 +11,10 @@ enum class PixelValues {
   brightness  ///< they average
 };
 
-/// Limit of missing input: an output pixel is missing where missing pixels have this share of its
-/// input's weights (in absolute value). Below it, the present pixels stand for all. A missing pixel
-/// has at least a quarter of the weight in the nearest pixel of a turned image. So no missing pixel
-/// vanishes.
+/// Limit of missing input. An output pixel is missing where missing pixels have at least this share
+/// of the absolute weights of its input. Below this limit the present pixels stand for all. A
+/// missing pixel has at least a quarter of the weight in the nearest pixel of a turned image, so
+/// that no missing pixel vanishes.
 inline constexpr double missing_share = 0.25;
 
 /// Direction in which an image is mirrored.

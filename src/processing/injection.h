@@ -18,14 +18,15 @@ struct CardValue {
   std::string key;
 };
 
-/// Cards that count as the AB magnitude of the value 1, and as electrons per unit of the pixels.
+/// Keys of cards that give the AB magnitude of the value 1, and of cards that give electrons per
+/// unit of the pixels.
 std::span<const std::string_view> zero_point_keys();
 std::span<const std::string_view> gain_keys();
 
-/// Zero point of plane `plane` of an HDU of `planes` planes: of one of zero_point_keys(), else of
-/// BUNIT (nJy, uJy, mJy, Jy). `headers` are the HDU's header and those that stand for it, such as
-/// the primary one; the first with such a card counts. Throws InputError, beginning with `context`,
-/// where cards of one header contradict each other.
+/// Zero point of plane `plane` of an HDU of `planes` planes, from a card of zero_point_keys(), else
+/// from BUNIT (nJy, uJy, mJy, Jy). `headers` are the HDU's header, then those that stand in for it,
+/// such as the primary one. The first header with such a card counts. Throws InputError, beginning
+/// with `context`, where cards of one header contradict each other.
 std::optional<CardValue> zero_point_of(std::span<const FitsHeader> headers, int plane, int planes,
                                        const std::string& context);
 /// Gain of the plane; nothing where no card has a positive number.
@@ -34,11 +35,12 @@ std::optional<CardValue> gain_of(std::span<const FitsHeader> headers, int plane,
 /// Place of a small image's pixels on a large one by the world coordinates of both.
 struct GridShift {
   int x = 0, y = 0;  ///< the large image's pixel, from 0, that the small one's first lies on
-  double error = 0;  ///< largest distance from it of a corner or the middle, pixels
-  double rest_x = 0, rest_y = 0;  ///< distance of the middle from it
-  double bend = 0;                ///< largest difference of a corner's distance from the middle's
+  double error = 0;  ///< largest offset of a corner or the middle from this shift, pixels
+  double rest_x = 0, rest_y = 0;  ///< offset of the middle from this shift, pixels
+  double bend = 0;                ///< largest difference between offsets of a corner and the middle
 };
-/// Nothing where a corner of the small image has no pixel in the large one.
+/// The shift of the small image on the large one; nothing where a corner of the small image has no
+/// pixel in the large one.
 std::optional<GridShift> grid_shift(const CelestialWcs& large, const CelestialWcs& small, int width,
                                     int height);
 
@@ -47,7 +49,7 @@ std::optional<GridShift> grid_shift(const CelestialWcs& large, const CelestialWc
 double grid_difference(const CelestialWcs& a, const PixelPosition& at_a, const CelestialWcs& b,
                        const PixelPosition& at_b);
 
-/// How light becomes values of another image.
+/// The conversion of light to values of another image.
 struct Injection {
   double factor = 1;  ///< value of the image for 1 of the light
   bool has_noise = true;
@@ -55,7 +57,7 @@ struct Injection {
   std::uint64_t key = 0;
   /// Areas with the least cost per pixel of the light; empty: those of the image.
   Plane::Tile tile;
-  /// Light closer to 0 counts as none, in units of the light.
+  /// Absolute values of the light below this count as no light.
   double least = 0;
 };
 

@@ -13,7 +13,7 @@ struct Isophote {
   double radius = 0;  ///< semi-major axis, pixels
   double axis_ratio = 1;
   double angle = 0;        ///< of the major axis, rad from +x towards +y, [0, pi[
-  bool is_fitted = false;  ///< false where the shape is given, or that of the neighbour
+  bool is_fitted = false;  ///< false where the shape is given, or is the neighbour's
   double brightness = 0;   ///< mean on the ellipse, per pixel
   double error =
       0;  ///< of brightness: standard deviation there over the root of the length in 1.5 pixels
@@ -25,7 +25,7 @@ struct IsophoteOptions {
   double inner = 1, outer = 2;                   ///< semi-major axes, pixels
   double step = 0.1;                             ///< each axis is 1 + step times the one before
   std::optional<double> axis_ratio, angle;       ///< shapes that are not fitted
-  double start_axis_ratio = 1, start_angle = 0;  ///< where the fit begins
+  double start_axis_ratio = 1, start_angle = 0;  ///< shape with which the fit begins
   int threads = 1;
 };
 

@@ -29,9 +29,9 @@ double kernel_value(Kernel kernel, double x);
 std::vector<double> interpolation_weights(Kernel kernel, double x, double scale, int first,
                                           int count);
 
-/// "nearest", "area"...; of all kernels, in their order.
+/// The names of all kernels, in their order: "nearest", "area"...
 const std::vector<std::string>& kernel_names();
-/// Throws std::invalid_argument for a name that is none of them.
+/// The kernel of this name. Throws std::invalid_argument for an unknown name.
 Kernel kernel_of(std::string_view name);
 
 }  // namespace gamer

@@ -12,7 +12,7 @@
 
 namespace gamer {
 
-// What operations that measure share: options, tables of results, and messages.
+// The shared parts of operations that measure: options, tables of results, and messages.
 
 /// Appends a value to the column of that name; the table's first row makes the columns.
 template <class Value>

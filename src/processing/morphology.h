@@ -11,7 +11,8 @@
 namespace gamer {
 
 struct MorphologyOptions {
-  /// Where the search for the centre begins, from 0; by default brightest_place().
+  /// The place, counted from 0, where the search for the centre begins; by default
+  /// brightest_place().
   std::optional<double> x, y;
   /// Sigma of white noise; by default the noise is measured in the corners.
   std::optional<double> sky_sigma;
@@ -22,7 +23,7 @@ struct MorphologyOptions {
 struct Morphology {
   double x = 0, y = 0;         ///< centre of least asymmetry, from 0
   double petrosian = 0;        ///< Petrosian radius of circles
-  double petrosian_major = 0;  ///< that of ellipses, semi-major axis
+  double petrosian_major = 0;  ///< Petrosian radius of ellipses, semi-major axis
   double axis_ratio = 1;
   double angle = 0;                  ///< of the major axis, rad from +x towards +y
   double flux = 0;                   ///< within the circle of 1.5 Petrosian radii
@@ -48,8 +49,8 @@ struct Morphology {
 };
 
 /// Measures the one galaxy of an image without sky. Throws InputError, without a file's name, where
-/// there is no galaxy. Throws it where the circle of 1.5 Petrosian radii or the Petrosian ellipse
-/// leaves the image. Throws it where a pixel in that circle is missing.
+/// there is no galaxy, or where the circle of 1.5 Petrosian radii or the Petrosian ellipse leaves
+/// the image. Another error is a missing pixel in that circle.
 Morphology morphology(const Image& image, const MorphologyOptions& options);
 
 }  // namespace gamer

@@ -34,11 +34,11 @@ PlaneInfo plane_info(const FitsHeader& header, int plane, int planes);
 /// Keys of cards that describe one plane, as in an HDU of one plane.
 std::span<const std::string_view> plane_keys();
 
-/// Adapts a header to pixels of plane i multiplied by factors[i] > 0, which mean the same light in
-/// another unit. BUNIT becomes `unit`, or is removed where that is empty. The calibration follows,
-/// numbered (KEYn) or for all planes (KEY; one for each where factors differ). MAGZERO and PHOTZP
-/// grow by 2.5 log10 f, PHOTFLAM and GAIN are divided by f, SATURATE is multiplied by f. RDNOISE,
-/// in electrons, stays.
+/// Adapts a header to a change of unit, in which the pixels of plane i were multiplied by
+/// factors[i] > 0. BUNIT becomes `unit`, or is removed where that is empty. The calibration
+/// follows, numbered (KEYn) or for all planes (KEY; one for each where factors differ). MAGZERO and
+/// PHOTZP grow by 2.5 log10 f, PHOTFLAM and GAIN are divided by f, SATURATE is multiplied by f.
+/// RDNOISE, in electrons, stays.
 void change_unit(FitsHeader& header, std::span<const double> factors, const std::string& unit);
 /// Adapts the header to one factor for all planes.
 void change_unit(FitsHeader& header, int planes, double factor, const std::string& unit);
@@ -48,7 +48,7 @@ void change_unit(FitsHeader& header, int planes, double factor, const std::strin
 void drop_calibration(FitsHeader& header, int planes);
 
 /// Whether the pixels are a brightness (per solid angle or beam, or a temperature). A brightness
-/// stays when pixels change their size; a flux adds up. Pixels without a unit count as flux.
+/// does not change with the size of pixels; a flux adds up. Pixels without a unit count as flux.
 bool is_brightness(const std::string& unit);
 
 /// Whether the pixels are magnitudes, of a flux or a brightness.

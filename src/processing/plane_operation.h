@@ -47,8 +47,8 @@ struct ExtraImage {
 using ExtraImages = std::function<std::vector<ExtraImage>(const FitsHeader& header,
                                                           const std::vector<PlaneTask>& tasks)>;
 
-/// An operation's treatment of variance images. Without `change` the operation refuses them, since
-/// its result would not be a variance.
+/// The treatment of variance images by an operation. An operation without `change` refuses them,
+/// since its result would not be a variance.
 struct VarianceChange {
   PlaneChange change = {};
   HeaderChange edit = {};
@@ -65,15 +65,15 @@ void drop_record(FitsHeader& header);
 
 /// Runs an operation with one output. Images of the first input go through `change` plane by plane,
 /// and their header through `edit`. HISTORY is added, and every other HDU is copied. With further
-/// inputs the record is dropped. Images of role variance go through `variance` instead. Their tasks
-/// have the index of the plane, of the image before, whose variance they are. All tasks have the
-/// count of planes that are not variances. Throws InputError where the file has no image.
+/// inputs the record is dropped. Images of role variance go through `variance` instead. The task of
+/// a variance has the index of the plane of the preceding image to which the variance belongs. The
+/// count in all tasks leaves variances out. Throws InputError where the file has no image.
 void change_planes(const OperationCall& call, const PlaneChange& change,
                    const HeaderChange& edit = {}, const ExtraImages& extra = {},
                    const VarianceChange& variance = {});
 
-/// BITPIX of an output HDU: as the call says, else the input's; for integers, the floating-point
-/// type that holds them.
+/// BITPIX of an output HDU: that of the call, else that of the input. Integers get the
+/// floating-point type that holds them.
 int output_bitpix(const OperationCall& call, const FitsHdu& hdu);
 
 /// An HDU's name in messages: the file, with the HDU's name or number where there are several.

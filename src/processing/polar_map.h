@@ -19,8 +19,9 @@ struct PolarGrid {
 };
 
 /// The brightness of an image in the polar coordinates of a disk, as one row per radius. A value is
-/// the mean of bilinear samples, at least one by pixel of the image, spread evenly over the cell.
-/// NaN where no sample is within the image; missing pixels make the samples beside them missing.
+/// the mean of bilinear samples that are spread evenly over its cell, at least one per pixel of the
+/// image there. NaN where no sample is within the image; missing pixels make the samples beside
+/// them missing.
 Image polar_map(const Image& image, const DiskPlane& disk, const PolarGrid& grid);
 
 /// The image at a place between pixels, bilinear; NaN beyond the middles of its outer pixels.

@@ -22,7 +22,7 @@ const std::vector<std::string>& psf_models();
 /// The options of a PSF: --psf and psf_parameters().
 class PsfOptions {
  public:
-  /// `instrument`, if any, stands for the options. Throws InputError for options that do not fit
+  /// An instrument, if given, replaces the options. Throws InputError for options that do not fit
   /// together.
   explicit PsfOptions(const OperationCall& call, InstrumentOption instrument = {});
 
@@ -39,13 +39,13 @@ class PsfOptions {
   }
 
  private:
-  /// A word that names no file is a mistyped model name.
+  /// Throws InputError for a word that names no file, which is then a mistyped model.
   void check_file_name(const std::string& name) const;
   void refuse(const char* option, const char* why) const;
   void check_size() const;
   /// Checks that no option of a model is given, and takes the instrument's.
   void take_instrument();
-  /// Position angle of the major axis on the pixels, deg from +y towards -x.
+  /// Position angle of the PSF's major axis on the pixels, deg from +y towards -x.
   double position_angle(const PlaneTask& task) const;
   /// WCS of the planes to convolve, if they have one; in images of a PSF North is up.
   static std::optional<CelestialWcs> celestial_wcs(const PlaneTask& task);
@@ -69,11 +69,11 @@ class StampFile {
  public:
   StampFile(const std::string& name, bool keep_flux);
 
-  /// PSFEx's PSF; null for other files.
+  /// The PSF of a PSFEx file; null for other files.
   const std::shared_ptr<const VaryingPsf>& varying() const { return varying_; }
-  /// The stamp for plane `index` of `planes`; PSFEx's at the pixel `at`. Throws InputError, which
-  /// names `label`, where the file has neither one plane nor as many, and where its pixels are no
-  /// stamp.
+  /// The stamp for plane `index` of `planes` planes; of a PSFEx file the stamp at the pixel `at`.
+  /// Throws InputError, which names `label`, where the file has neither one plane nor `planes`
+  /// planes, and where its pixels are no stamp.
   StampSource source(const PsfOptions& options, int index, int planes, const std::string& label,
                      const PixelPosition& at) const;
 

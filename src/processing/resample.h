@@ -29,10 +29,10 @@ PixelMap resample_map(const ResampleGrid& grid);
 
 /// The flux of the input in the pixels of another grid, along x and then along y.
 ///
-/// Let C be the running sum of a row's pixels, known at their edges. Between edges it is
-/// interpolated, C(x) = sum a_e(x) C_e, and an output pixel is C(right) - C(left). So every input
-/// pixel's flux is kept exactly. The a_e reproduce straight lines (sum a_e = 1, sum a_e (e - x) =
-/// 0), so an even image stays even. The a_e:
+/// Let C be the running sum of a row's pixels, known at their edges. Between edges C is
+/// interpolated, C(x) = sum a_e(x) C_e, and an output pixel is C(right) - C(left). The flux of
+/// every input pixel is thus kept exactly. The a_e reproduce straight lines (sum a_e = 1, sum a_e
+/// (e - x) = 0), so an even image stays even. The a_e:
 ///
 /// - `area`: linear, which is the exact overlap of pixels.
 /// - `bilinear`: quadratic B-spline, the integral over the output pixel of the surface linear

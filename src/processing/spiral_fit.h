@@ -26,17 +26,17 @@ struct SpiralFit {
 /// Logarithmic spirals by Fourier modes (Kalnajs 1975; Puerari & Dottori 1992, A&AS 93, 469). With
 /// u = ln r and each row of the map divided by its mean,
 ///   A(m, p) = <I(u, theta) exp(-i m theta) exp(i p u)>.
-/// Each radius thus counts alike, however bright. The peak of |A| over |p| <= 60 m is the mode's
-/// pitch, tan P = m/p. Rows without light, or with more than half of their values missing, are left
-/// out; missing values are their row's mean. `map` is logarithmic. Throws InputError where fewer
-/// than 8 rows are left.
+/// All radii thus have equal weight, whatever their brightness. The peak of |A| over |p| <= 60 m is
+/// the mode's pitch, tan P = m/p. Rows without light, or with more than half of their values
+/// missing, are left out; missing values are their row's mean. `map` is logarithmic. Throws
+/// InputError where fewer than 8 rows are left.
 SpiralFit fit_spiral(const Image& map, const PolarGrid& grid);
 
 /// Arms in one range of radii.
 struct ArmsAtRadius {
   double radius = 0;      ///< geometric mean of the range, pixels
   double brightness = 0;  ///< mean
-  double contrast = 0;    ///< mag: 2.5 log10 of the arms' mean peak over the mean minimum between
+  double contrast = 0;    ///< 2.5 log10 of the arms' mean peak over the mean minimum between, mag
   double width = 0;       ///< FWHM across the arm, pixels: r FWHM_azimuth |sin P|
   double width_azimuth = 0;  ///< FWHM along the circle, rad; mean of the arms
   double pitch = 0;          ///< of the mode about this radius, within a window of 0.5 in ln r

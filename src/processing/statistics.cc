@@ -212,7 +212,8 @@ struct Quantile {
   }
   double value(double low, double high) const {
     if (fraction <= 0 || low == high) return low;
-    // From the nearer end, as in NumPy; by halves where the difference overflows.
+    // The interpolation starts from the nearer end, as in NumPy. Where the difference overflows, it
+    // is a weighted mean.
     const double difference = high - low;
     if (!std::isfinite(difference)) return low * (1 - fraction) + high * fraction;
     return fraction < 0.5 ? low + difference * fraction : high - difference * (1 - fraction);

@@ -192,7 +192,7 @@ std::optional<GalaxyIndex::Ball> GalaxyIndex::pixels(int left, int right, int bo
                                                      int top) const {
   const int rows = camera_.face_rows();
   if (rows >= camera_.height()) {
-    // With a margin of a pixel beyond the edges.
+    // The area has a margin of a pixel beyond the edges.
     return rays(left - 1.5, right + 0.5, bottom - 1.5, top + 0.5);
   }
   // Faces are separate, because adjoining faces show different parts of the sky.

@@ -15,7 +15,8 @@ namespace {
 constexpr double smallest_stamp = 32;
 constexpr double largest_stamp = 256;
 
-// Light is sorted by radius in rings. A ray's light is spread over so many parts along a side.
+// Light is sorted by radius in rings, with this number of rings per pixel. The light of a ray is
+// spread over `spread` parts along a side.
 constexpr int rings_per_pixel = 32;
 constexpr int spread = 5;
 
@@ -25,7 +26,8 @@ constexpr double least_sine = 1e-6;
 // Largest half side, in pixels, of the window in which a galaxy's own rays are added up.
 constexpr double largest_window = 128;
 
-// Most numbers of all rays' parts in this window, of which each thread has one: 128 MiB.
+// Largest number of numbers in the window for the parts of a galaxy's layer, 128 MiB. Each thread
+// may hold such parts.
 constexpr double most_window_numbers = 1 << 24;
 
 // Largest cosine of the angle between a pixel's sides there, and largest relative change of a
@@ -121,8 +123,8 @@ class SumOfRays {
   void add(const SumOfRays& more, double factor);
   /// Light without dust in all planes.
   double free() const { return std::accumulate(free_.begin(), free_.end(), 0.0); }
-  /// All but the radius. `exact` is the flux without dust where the flux is fixed, else null;
-  /// `area` is that of a pixel.
+  /// All of the measure except half_light_radius. `exact` is the flux without dust where the flux
+  /// is fixed, else null; `area` is that of a pixel.
   GalaxyMeasure result(const std::vector<double>* exact, double area) const;
 
  private:

@@ -41,7 +41,8 @@ class LightSums {
   std::size_t width() const { return width_; }
   void clear();
 
-  /// The object with most of a pixel's light in all planes, from 1 (0: none), and its share.
+  /// The object with most of a pixel's light in all planes, counted from 1 (0: none), and its share
+  /// of this light.
   struct Owner {
     std::size_t number = 0;
     double share = 0;

@@ -34,7 +34,7 @@ struct Medium::Scratch {
   /// The next node of a galaxy's stretches.
   struct Cursor {
     std::size_t stretch = 0;
-    /// A full batch cuts a stretch: so many of its nodes are in earlier batches.
+    /// Number of the stretch's nodes in earlier batches. A full batch cuts a stretch.
     std::int32_t done = 0;
     std::array<double, 3> direction{};
     float obliquity = 0;
@@ -45,7 +45,7 @@ struct Medium::Scratch {
   };
   std::vector<Piece> pieces;
   BatchArray x, y, z;
-  BatchArray distance, dimmed;  ///< of star fields
+  BatchArray distance, dimmed;  ///< distances from the camera, and dimmed light, of star fields
   RayBatch rays;
   std::vector<BatchArray> densities;
   HitTable table;

@@ -35,13 +35,13 @@ struct Renderer::Sample {
   double x, y;
   double weight;     ///< share of the pixel's area
   double size;       ///< side of its cell or sub-pixel, pixels
-  double footprint;  ///< side of the pixel or sub-pixel that sets the footprint
+  double footprint;  ///< side of the pixel or sub-pixel that sets the footprint, pixels
 };
 
 /// Arrays of one call.
 struct Renderer::Workspace {
   int left = 0;
-  std::vector<std::optional<Ray>> middles;  ///< of pixels from `left` on
+  std::vector<std::optional<Ray>> middles;  ///< rays through the middles of pixels from `left` on
   std::vector<Sample> samples;
   double finest_cell = 0;        ///< smallest cell of the pixel being refined, pixels
   std::size_t most_samples = 0;  ///< limit of `samples` for this pixel

@@ -43,7 +43,7 @@ class LightWithin {
   }
 
   double power() const { return power_; }
-  /// The light that ends at `end` radii; at `most` and beyond that at `most`.
+  /// The light of a core whose halo ends at `end` radii. Larger ends than `most` count as `most`.
   double operator()(double end) const {
     if (!(end < most)) return table_.back();
     const double place = end / most * entries;
@@ -71,9 +71,9 @@ const LightWithin& light_within(double power) {
 /// halo of the star's colour. Lengths are in pixels, d is the distance from the star.
 ///
 /// The light of plane k, in units of white, is 1/(1 + (d/r_k)^p) (1 - (d/e)^2)^2 with p = 2/halo.
-/// It ends at e, star_halo_radii times the largest r_k. That is the aureole d^-p of a point with a
-/// response that saturates at white. The radius r_k follows from the plane's light, so that all
-/// planes are white in the middle, and a red star becomes red outwards. Without a halo it is a
+/// It ends at e, star_halo_radii times the largest r_k. This is the aureole d^-p of a point, seen
+/// with a response that saturates at white. The radius r_k follows from the plane's light, so that
+/// all planes are white in the middle, and a red star becomes red outwards. Without a halo it is a
 /// disc. Four spikes along rows and columns leave the core and end with the halo. Near the white
 /// point part of the light is a point, so that stars do not jump as they brighten.
 class StarProfile {

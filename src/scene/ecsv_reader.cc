@@ -34,7 +34,7 @@ class Head {
  public:
   explicit Head(const std::string& label) : label_(label) {}
 
-  /// False for a line that is not part of the head.
+  /// Takes a line of the head; returns false for a line that is not part of the head.
   bool add(const TextLine& line) {
     if (!line.text.starts_with('#')) return false;
     if (lines_.empty()) first_line_ = line.number;

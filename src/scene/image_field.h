@@ -27,7 +27,7 @@ class ImageField {
   bool has_center_ = false;
   glm::dvec3 center_{1, 0, 0};
   glm::dvec3 middle_{1, 0, 0};    ///< of the part
-  std::optional<double> radius_;  ///< around its middle, of a narrow part
+  std::optional<double> radius_;  ///< angular radius around its middle; none for a wide part
 };
 
 }  // namespace gamer

@@ -8,7 +8,7 @@
 namespace gamer {
 
 /// Unit vectors at a place: to the camera, and the image's up (+y, in a sky view North) and right
-/// (+x, the other way from East).
+/// (+x, in a sky view West).
 struct SkyAxes {
   glm::dvec3 towards, up, right;
 };

@@ -14,18 +14,18 @@ namespace gamer {
 /// `row`, the row of the catalogue from 1.
 ///
 /// Words are integers or numbers where all of them are, unless the file says that they are texts.
-/// Words with leading zeros are texts. Names are distinct in any case from each other and from a
-/// scene's columns: a name that is not gets "cat_" before it. Characters of names other than ASCII
-/// letters and digits become "_", as FITS wants them, and so do characters of units that are not
-/// printable ASCII. Names end after 60 characters; one that is empty becomes "column". At most 950
-/// columns are kept, so that a FITS table can hold all.
+/// Words with leading zeros are texts. No two names differ in case alone, and none is that of a
+/// scene's column in any case. A name that breaks this rule gets "cat_" before it. Characters of
+/// names other than ASCII letters and digits become "_", as FITS wants them, and so do characters
+/// of units that are not printable ASCII. Names are cut after 60 characters, and an empty name
+/// becomes "column". At most 950 columns are kept, so that a FITS table can hold all.
 DataTable other_columns(const Catalogue& catalogue, std::span<const ColumnSource> sources,
                         std::span<const std::size_t> rows);
 
 /// The given rows of all columns of a catalogue, as numbers or texts, with their own names.
 DataTable table_of(const Catalogue& catalogue, std::span<const std::size_t> rows);
 
-/// Identifiers as integers where all are written as such, else as texts.
+/// Identifiers as integers where all words are written as integers, else as texts.
 decltype(DataColumn::values) integers_or_texts(std::vector<std::string> words);
 
 }  // namespace gamer

@@ -21,7 +21,7 @@ std::string join_type(const OverriddenType& type);
 OverriddenType split_type(const std::string& type);
 
 /// Places of a catalogue's columns called COMPONENT.key. Only catalogues with a column `galaxy`
-/// have such columns. In others a dot means nothing.
+/// have such columns. In others a dot in a name has no meaning.
 std::vector<std::size_t> override_columns(const Catalogue& catalogue);
 
 /// Puts the assignments into a galaxy's overrides; `where` is their row. Throws InputError.

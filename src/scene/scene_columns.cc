@@ -8,8 +8,8 @@ constexpr double full_turn = 360;
 // Between these sizes, path lengths and densities stay within single precision.
 constexpr double smallest_size = 1e-15;
 constexpr double largest_size = 1e15;
-// Nothing is brighter or fainter. At usual distances pixels hold the fluxes between these
-// magnitudes.
+// Bounds of magnitudes, beyond those of any real object. At usual distances pixels can hold all
+// fluxes between them.
 constexpr double brightest_magnitude = -60;
 constexpr double faintest_magnitude = 100;
 constexpr double largest_redshift = 1000;

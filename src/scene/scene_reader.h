@@ -54,30 +54,30 @@ class SceneReader {
   void choose_unit();
   Position read_position(const ImageField* field) const;
   glm::dvec3 read_direction(const ImageField& field) const;
-  /// Name of the row's galaxy type. Types of Sersic's law are made from the row. Their flattening
-  /// c/a is axis_ratio, so that they are seen edge on unless an inclination is given. The galaxy's
-  /// type with the row's overrides, and without.
+  /// Name of the row's galaxy type, with the row's overrides and without. Types of Sersic's law are
+  /// made from the row. Their flattening c/a is axis_ratio, so that they are seen edge on unless an
+  /// inclination is given.
   std::string read_type() const;
   std::string read_plain_type() const;
   /// Angular radius of the ball, rad.
   double read_angular_radius(const Position& position);
   /// Whether the galaxy is made from the row, by Sersic's law.
   bool is_made() const { return read_plain_type() != row_.text(column::galaxy); }
-  /// The inclination that the row tells, deg.
+  /// The inclination that the row gives, deg.
   std::optional<double> read_inclination();
   Lensing read_lensing() const;
-  /// Where the light of the row's type is, in the reference band.
+  /// The distribution of the light of the row's type in the reference band.
   LightProfile profile();
   void turn_to_north();
   /// Orientation of the selected row; in an animation, that of the first frame.
   glm::dmat3 orient(const glm::dvec3& centre);
   void read_galaxy(const Position& position, double radius);
-  /// False for a star that does not touch the image.
+  /// Reads the selected row's star; returns false for a star that does not touch the image.
   bool read_star(const Position& position);
-  /// Reads the selected row's object. False where it does not touch the field; else it is the last
-  /// of the scene. Without a field all galaxies touch.
+  /// Reads the selected row's object and adds it to the scene. Returns false, and adds nothing,
+  /// where the object does not touch the field. Without a field all galaxies are added.
   bool read_object(const ImageField* field);
-  /// The probes of the whole image, of which a region is read.
+  /// The probes of the whole image, for a scene that is a region of it.
   SpectralProbes find_probes(const SuspiciousValues& suspicious);
   /// The probes that the record of a region names.
   SpectralProbes recorded_probes_of(const Resources::Text& text);
@@ -85,7 +85,7 @@ class SceneReader {
   std::optional<PlacedGalaxy> probe_row(std::size_t row, const ImageField& whole);
   /// Sets the scene's probes, and adds to its list the rows of those that are beyond the region.
   void keep_probes(SpectralProbes probes);
-  /// Adds the selected row, which has that index, to the scene's list.
+  /// Adds the selected row, whose index is `row`, to the scene's list.
   void keep(std::size_t row);
   /// The stars of [stars], which follow the rows' objects.
   void add_field_stars(const ImageField& field);
@@ -115,7 +115,7 @@ class SceneReader {
   const RenderParameters& parameters_;
   const Spectrum& spectrum_;
   const Camera& camera_;
-  std::optional<Camera> first_camera_;  ///< of an animation
+  std::optional<Camera> first_camera_;  ///< camera of an animation's first frame
   Resources& resources_;
   SceneRow row_;
   GalaxyLibrary& library_;

@@ -21,7 +21,7 @@ namespace gamer {
 /// column's declaration.
 class SceneRow {
  public:
-  /// Throws InputError: unknown, repeated and missing columns, units that do not fit.
+  /// Throws InputError for unknown, repeated and missing columns, and for units that do not fit.
   SceneRow(const Catalogue& catalogue, const RenderParameters& parameters);
 
   void select(std::size_t row) {
@@ -33,7 +33,7 @@ class SceneRow {
   void replace(Column column, double value) { replaced_[column] = value; }
   /// Leaves the selected row's line without a value of a column.
   void leave_out(Column column) { left_out_.insert(column); }
-  /// Makes lines have ox oy oz and pa (set by replace()) in place of inclination.
+  /// Gives lines the columns ox oy oz and pa, set by replace(), in place of inclination.
   void fix_orientation() { is_fixed_ = true; }
 
   /// Whether the catalogue has the column at all.
@@ -48,7 +48,7 @@ class SceneRow {
   bool is_from_catalogue(Column column) const {
     return sources_[column].kind == ColumnSource::Kind::catalogue;
   }
-  /// The catalogue's name of such a column.
+  /// The catalogue's name of a column for which is_from_catalogue() is true.
   const std::string& column_name(Column column) const {
     return catalogue_.columns()[sources_[column].place].name;
   }
@@ -74,7 +74,7 @@ class SceneRow {
                          Values&&... values) const {
     throw input_error(where(column), message, std::forward<Values>(values)...);
   }
-  /// Fails, with the columns that there are where the catalogue has none of `wanted`.
+  /// Fails as fail(). Where the catalogue has none of `wanted`, the message lists its columns.
   [[noreturn]] void fail_without(Column column, std::initializer_list<Column> wanted,
                                  const std::string& message) const;
 

@@ -13,13 +13,13 @@ namespace gamer {
 /// uses. Scene lists and SkyMaker's are made for gamer and have none.
 ///
 /// A value is a flag where it is not finite, 1e19 or more in size, or a magnitude of 90 or more in
-/// size. A value outside what is plausible for its column is one if it is -1, -9, +-99, +-99.9,
+/// size. A value that is implausible for its column is also a flag if it is -1, -9, +-99, +-99.9,
 /// +-999 or the like.
 ///
-/// An empty cell is a missing value where other rows have one. It is none where another column of
-/// the row serves instead, as size_kpc for half_light_radius or distance for redshift. Stars need a
-/// place and a magnitude only. Round galaxies need no pa. In a catalogue with a column `galaxy`, an
-/// empty cell means the default, so that only places, magnitudes and sizes count.
+/// An empty cell is a missing value where other rows have one. It is not missing where another
+/// column of the row serves instead, as size_kpc for half_light_radius or distance for redshift.
+/// Stars need a place and a magnitude only. Round galaxies need no pa. In a catalogue with a column
+/// `galaxy`, an empty cell means the default, so that only places, magnitudes and sizes count.
 class SuspiciousValues {
  public:
   /// `row` reads the rows of `catalogue`; it is left at any row.
@@ -40,13 +40,14 @@ class SuspiciousValues {
     std::vector<std::size_t> rows;  ///< the first of them, from 1
     std::size_t number = 0;
   };
-  /// Columns of which a row needs one.
+  /// Columns that serve one purpose; a row needs a value in one of them.
   struct Need {
     std::vector<Column> columns;
     Column named;   ///< in messages: the first that has values
     bool of_stars;  ///< needed by stars too
   };
-  /// The needs that the catalogue's columns meet in some row. `has_values` is by Column.
+  /// The needs that some row of the catalogue meets. `has_values` tells by Column whether any row
+  /// has a value.
   std::vector<Need> needs_of(const std::vector<bool>& has_values) const;
   void find_missing(std::size_t row, const std::vector<Need>& needed);
   void add(std::size_t row, Column column, const std::string& value);

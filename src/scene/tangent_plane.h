@@ -16,7 +16,7 @@ namespace gamer {
 /// steps. It gives the directions of CelestialWcs to rounding, without trigonometric functions.
 class TangentPlane {
  public:
-  /// Nothing for other projections and for distorted images.
+  /// The plane of a WCS; nothing for other projections and for distorted images.
   static std::optional<TangentPlane> of(const CelestialWcs& wcs);
 
   /// Unit vector of a place, in the pixel coordinates of Camera.
@@ -33,7 +33,7 @@ class TangentPlane {
 
   glm::dvec2 tangent_point_;
   glm::dvec3 middle_, step_x_, step_y_;
-  glm::dvec3 inverse_x_, inverse_y_;  ///< dot products with them are 1 for one step, else 0
+  glm::dvec3 inverse_x_, inverse_y_;  ///< their dot products with the steps are 1 (own step) and 0
 };
 
 }  // namespace gamer

@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// What a list has in place of a value.
+/// The word of a list that stands for a missing value.
 inline constexpr std::string_view no_value_word = "-";
 
 /// One line of a text, without its end.
@@ -22,7 +22,7 @@ struct TextLine {
 class LineReader {
  public:
   explicit LineReader(std::string_view text);
-  /// False at the end of the text.
+  /// Reads the next line; returns false at the end of the text.
   bool next(TextLine& line);
 
  private:

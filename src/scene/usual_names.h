@@ -12,10 +12,10 @@ namespace gamer {
 using NameGroups = std::vector<std::vector<std::string>>;
 
 /// The groups of a column. {band} stands for the name of the reference band in lower case
-/// ("sdss_r"), {letter} for what follows its last "_" ("r").
+/// ("sdss_r"). {letter} stands for the part behind the name's last "_" ("r").
 const NameGroups& usual_names(column::Column column);
 
-/// These groups with the names of a reference band.
+/// The groups of a column in which {band} and {letter} are replaced by those of a reference band.
 NameGroups usual_names(column::Column column, const std::string& reference_band);
 
 }  // namespace gamer

@@ -24,7 +24,7 @@ struct GaussPoint {
 const std::array<GaussPoint, 3> gauss_points = {
     {{-std::sqrt(0.6), 5.0 / 9}, {0, 8.0 / 9}, {std::sqrt(0.6), 5.0 / 9}}};
 
-/// From X-rays to radio; the range bounds the number of pieces.
+/// The allowed wavelengths, from X-rays to radio. The range bounds the number of pieces.
 const Interval band_wavelengths = Interval::closed(1, 1e10);  // Angstrom
 const Interval throughputs = Interval::left_open(0, 1);
 

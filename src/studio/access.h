@@ -7,22 +7,23 @@
 
 namespace gamer {
 
-// Who may talk to the server. All functions take what a stranger may have sent.
+// Checks of who may talk to the server. All functions accept any bytes that a stranger may send.
 
 /// 128 random bits of the operating system as 32 hexadecimal digits. Throws RunError.
 std::string make_token();
 
 /// Secrets of a server.
 struct ServerSecrets {
-  std::string token;   ///< in the address
-  std::string cookie;  ///< what the token is exchanged for
+  std::string token;   ///< secret in the server's address
+  std::string cookie;  ///< secret that a browser gets in exchange for the token
   /// Name of the cookie. Browsers give a host's cookies to all its ports, so that servers need
   /// names of their own.
   std::string cookie_name;
 };
 
-/// New token and cookie; with a file, those that it holds, or it is made. Throws RunError, and
-/// InputError for a file that others may read or that holds something else.
+/// Secrets with a new cookie and token. If `file` is given, the secrets are those that it holds; a
+/// missing file is made. Throws RunError, and InputError for a file that others may read or that
+/// holds something else.
 ServerSecrets make_secrets(const std::filesystem::path& file);
 
 /// Whether two texts are equal, in a time that depends on their lengths alone.
@@ -32,7 +33,7 @@ bool are_equal_secrets(std::string_view a, std::string_view b);
 /// tunnel has a port of its own. Other names may be a stranger's that lead here (DNS rebinding).
 bool is_own_host(std::string_view host);
 
-/// Whether the value of an Origin header is that of pages which this host serves.
+/// Whether the value of an Origin header is that of a page served by this host.
 bool is_own_origin(std::string_view origin, std::string_view host);
 
 /// The value of a cookie in a Cookie header; nothing where it is not there.

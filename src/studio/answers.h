@@ -12,8 +12,8 @@
 
 namespace gamer {
 
-/// Answers messages that need no render, one at a time. It keeps what the files of the document
-/// hold, so that it never writes over what another program wrote.
+/// Answers messages that need no render, one at a time. It remembers the contents of the document's
+/// files, so that it never overwrites a file that another program has changed.
 class Answers {
  public:
   Answers(const Session& session, OpenedDocument document);
@@ -48,7 +48,7 @@ class Answers {
   OpenedDocument document_;
   KnownPaths paths_;
   OutputFolder folder_;
-  std::string galaxy_label_;  ///< beside it a galaxy's text names other files
+  std::string galaxy_label_;  ///< file beside which a galaxy's text names others
 };
 
 }  // namespace gamer

@@ -11,7 +11,7 @@ namespace gamer {
 
 /// Throws InputError where the galaxy has none.
 ConfigNode::Array& arms_of(ConfigNode& root);
-/// An arm. Throws InputError for a number that the galaxy has not.
+/// The arm with this number. Throws InputError where the galaxy has no such arm.
 ConfigNode& arm_at(ConfigNode& root, int arm);
 
 /// The arm that a branch leaves; none for other arms.

@@ -15,9 +15,9 @@ struct ChildEnd {
 };
 
 /// Runs a program with nothing on its standard input and calls `take` with each line of its output
-/// and errors. `started` hears of its process number before, and of 0 once it has ended. The child
-/// inherits no files and ends with this program. Its exit code is 127 where it cannot be started.
-/// Throws RunError.
+/// and errors. `started` is called with its process number at the beginning, and with 0 once it has
+/// ended. The child inherits no files and ends with this program. Its exit code is 127 where it
+/// cannot be started. Throws RunError.
 ChildEnd run_child(const std::vector<std::string>& words, const std::function<void(pid_t)>& started,
                    const std::function<void(const std::string&)>& take);
 

@@ -26,7 +26,7 @@ OpenedDocument open_galaxy(const StudioOptions& options, const Session& session)
   document.texts.scene = resources.recorded(recorded_scene)->content;
   document.texts.galaxies[name] = galaxy.content;
   document.texts.chosen = name;
-  // What was found by its name is the catalogue's.
+  // A galaxy that was found by its bare name comes from the data folders and is not the user's own.
   const fs::path file = galaxy.label;
   const bool is_own = given.find('/') != std::string::npos || fs::exists(options.galaxy);
   if (is_own) document.files[name] = file;

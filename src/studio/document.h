@@ -11,11 +11,11 @@
 
 namespace gamer {
 
-/// What the program was started with.
+/// The document that the program was started with.
 struct OpenedDocument {
   std::string label;  ///< the scene's file; other files are searched beside it
   PageDocument texts;
-  std::map<std::string, std::filesystem::path> files;  ///< of galaxies that are the user's own
+  std::map<std::string, std::filesystem::path> files;  ///< files of the user's own galaxies
   bool is_look = false;                                ///< one galaxy without a scene
   StudioOptions options;
 };

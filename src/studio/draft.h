@@ -22,7 +22,7 @@ namespace gamer {
 struct DraftAxis {
   int nodes = 2;
   double core = 1;   ///< half of the stretch in which nodes are closest, galaxy radii
-  double share = 0;  ///< of the nodes that are close together
+  double share = 0;  ///< share of the nodes that are close together
 
   double index(double x) const;
   /// du/dx, nodes per galaxy radius.
@@ -30,8 +30,9 @@ struct DraftAxis {
   /// The place of an index from 0 to nodes - 1, to the rounding of doubles.
   double place(double index) const;
   std::vector<double> places() const;  ///< of all nodes
-  /// Factors of the values at the nodes, near 1. Interpolation between them, which is linear in u,
-  /// then has the integral over x of the trapezoidal rule in u. That rule errs far less.
+  /// Factors of the values at the nodes, near 1. With them the integral over x of the
+  /// interpolation, which is linear in u, equals the trapezoidal rule in u. That rule errs far less
+  /// than the integral without factors.
   std::vector<double> weights() const;
 };
 
@@ -60,15 +61,15 @@ struct Draft {
   static constexpr std::size_t other_variants = 2;  ///< of a voxel
 };
 
-/// Evaluates the one galaxy of a view as rays see it whose footprint is a 128th of the ball.
-/// Textures are measured first. Throws Cancelled, RunError, and InputError for views that have no
-/// draft. These are scenes with other objects, skies, more than three planes, pixels that count
-/// flux, and galaxies whose orientation follows the camera.
+/// Evaluates the one galaxy of a view for rays whose footprint is a 128th of the ball. Textures are
+/// measured first. Throws Cancelled, RunError, and InputError for views that have no draft. These
+/// are scenes with other objects, skies, more than three planes, pixels that count flux, and
+/// galaxies whose orientation follows the camera.
 Draft make_draft(const Session& session, const std::string& label, const DraftRequest& request,
                  const Cancellation& cancellation);
 
-/// The message of some slices z = `first`... of a draft: a head as of FrameEncoder, then
-/// packed_slices().
+/// The message with `count` slices of a draft from z = `first` on: a head as that of FrameEncoder,
+/// then packed_slices().
 std::string encode_slices(const Draft& draft, std::int64_t id, int first, int count);
 /// Sends a draft in messages of few slices, so that views need not wait for all of it. The last
 /// message is returned.

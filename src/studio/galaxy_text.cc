@@ -53,7 +53,7 @@ std::string nested(const Key& key, const std::string& value) {
 /// The bytes of a text where an edit takes place: the sections of one table.
 class TextTable {
  public:
-  /// `part` is a section with the key, relative to the table, of what it holds.
+  /// A section of the table, and the section's key relative to the table.
   struct Part {
     Key key;
     const TomlSection* section;
@@ -335,7 +335,7 @@ class EditedText {
     }
   }
 
-  /// Throws InputError where the text does not say what it should.
+  /// Throws InputError where the tree of the text differs from tree_.
   void check() const {
     bool is_right = false;
     try {
@@ -419,7 +419,7 @@ class EditedText {
     return list == TextList::components ? component_at(tree_, index) : arm_at(tree_, index);
   }
 
-  /// Where an element stands after a move.
+  /// The place of an element after a move.
   static int place_after(const MoveEdit& edit, int place) {
     if (place == edit.from) return edit.to;
     if (edit.from < place && place <= edit.to) return place - 1;
@@ -572,7 +572,7 @@ class EditedText {
 
   std::string text_;
   std::string label_;
-  ConfigNode tree_;  ///< what the text should say
+  ConfigNode tree_;  ///< tree that the text must have
   std::string line_end_;
   std::vector<TomlSection> sections_;
 };

@@ -12,8 +12,8 @@ namespace gamer {
 /// A list of tables of a galaxy's text: [[component]] or [[arm]].
 enum class TextList { components, arms };
 
-/// A change of a TOML text. Components and arms count from 0 as the text has them after the edits
-/// before.
+/// A change of a TOML text. Components and arms count from 0, in the text that the previous edits
+/// leave.
 struct SetEdit {
   std::optional<int> component;  ///< none: a key of the whole file
   std::string key;               ///< "rh", "noise.k0", "arms.count", "arm.0.offset"
@@ -45,9 +45,10 @@ using TextEdit =
     std::variant<SetEdit, ResetEdit, AddEdit, AddArmEdit, CloneEdit, DeleteEdit, MoveEdit>;
 
 /// Makes changes in the text of a galaxy or parameter file. Only the bytes of what changes are
-/// replaced, so that comments, order and form stay. What the text says afterwards is compared with
-/// what it should say. `label` is the file in messages. Throws InputError where the text is no
-/// TOML, an edit has no meaning, or bytes cannot make it.
+/// replaced, so that comments, order and form stay. The new text is parsed, and its tree is
+/// compared with the tree that the edits should give. `label` names the file in messages. Throws
+/// InputError where the text is no TOML, an edit has no meaning, or a change of bytes cannot make
+/// the edit.
 std::string edit_text(std::string text, const std::vector<TextEdit>& edits,
                       const std::string& label);
 

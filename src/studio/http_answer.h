@@ -11,8 +11,7 @@
 
 namespace gamer {
 
-/// The fields of a request that the server reads. Fields that are not there, or more than once,
-/// have no value.
+/// The fields of a request that the server reads. Missing and repeated fields have no value.
 struct HttpRequest {
   std::string_view method;
   std::string_view target;
@@ -29,11 +28,12 @@ struct HttpAnswer {
   bool is_upgrade = false;  ///< the WebSocket may begin
 };
 
-/// Answers a request: who may see what, and the files of the page. `folder` is that of the outputs.
+/// Answers a request for a file of the page or of the outputs, if the sender may see it. `folder`
+/// is that of the outputs.
 HttpAnswer answer_request(const HttpRequest& request, const ServerSecrets& secrets,
                           const std::filesystem::path& folder);
 
-/// Fields that every answer has.
+/// The header fields of every answer.
 const std::vector<std::pair<std::string, std::string>>& safety_fields();
 
 }  // namespace gamer

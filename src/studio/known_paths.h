@@ -7,8 +7,8 @@
 
 namespace gamer {
 
-/// The paths that the program was started with. The page gives names of the catalogue; a path that
-/// no opened file names is a stranger's.
+/// The paths that the program was started with. Apart from them the page uses only names of shipped
+/// data, so that any other path comes from a stranger.
 class KnownPaths {
  public:
   /// Takes all paths of these texts.

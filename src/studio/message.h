@@ -16,7 +16,7 @@
 
 namespace gamer {
 
-/// What the page shows and renders: texts of files, and changes.
+/// The document that the page shows and renders: texts of files, and changes to parameters.
 struct PageDocument {
   std::string parameters;
   std::string scene;
@@ -55,7 +55,8 @@ struct ModelRequest {
 struct ViewRequest {
   PageDocument document;
   bool wants_components = false;
-  bool wants_strips = false;  ///< rows of large levels as they are finished; their frame has no rows
+  bool wants_strips = false;  ///< sends rows of large levels once they are finished; the levels'
+                              ///< frames then have no rows
   std::vector<int> muted;     ///< components of the chosen galaxy, from 0
   std::vector<ViewLevel> levels;
 };
@@ -98,7 +99,8 @@ struct Message {
       request;
 };
 
-/// A message that is none. It has the id of the message where that could be read.
+/// The error for a message that cannot be read. It has the id of the message where that could be
+/// read.
 class BadMessage : public InputError {
  public:
   BadMessage(std::optional<std::int64_t> id, const std::string& message)
@@ -111,8 +113,9 @@ class BadMessage : public InputError {
 
 inline constexpr std::size_t most_message_bytes = std::size_t{1} << 20;
 
-/// Reads a message. Throws BadMessage for what is no JSON object, and for an unknown operation or
-/// key. It throws it, too, for a wrong type, a missing key, and numbers or lists beyond limits.
+/// Reads a message. Throws BadMessage for a text that is no JSON object, and for an unknown
+/// operation or key. Other errors are a wrong type, a missing key, and numbers or lists beyond
+/// limits.
 Message parse_message(std::string_view text);
 
 /// The text of an answer. Bytes that are not UTF-8 are replaced.

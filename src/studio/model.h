@@ -10,15 +10,16 @@
 
 namespace gamer {
 
-/// What a galaxy's text says: `name`, `values` of the keys outside components, and `components`,
-/// each with kind, name, values as resolved, and the keys that the text gives. Throws InputError
-/// for a text that is no galaxy's; `label` is its file, beside which it names others.
+/// The content of a galaxy's text as JSON. It has `name`, `values` of the keys outside components,
+/// and `components`, each with kind, name, resolved values, and the keys that the text gives.
+/// `label` is the text's file, beside which files that it names are searched. Throws InputError for
+/// a text that is no galaxy's.
 nlohmann::json model_json(const std::string& text, const std::string& label,
                           const std::vector<std::filesystem::path>& folders);
 
 /// The names of a galaxy's components in the order of the file, those that are not active included.
 std::vector<std::string> component_names(const ConfigNode& galaxy);
-/// The classes of these components.
+/// The kinds of these components.
 std::vector<std::string> component_kinds_of(const ConfigNode& galaxy);
 
 }  // namespace gamer

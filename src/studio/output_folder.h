@@ -19,8 +19,8 @@ class OutputFolder {
 
   /// The file of a name; nothing where there is none or it is no regular file.
   std::optional<std::filesystem::path> find(std::string_view name) const;
-  /// The path of a new file. The folder is made if need be. Throws InputError for a name that is
-  /// none, or has none of these suffixes, and RunError.
+  /// The path of a new file. The folder is made if need be. Throws InputError where is_name() is
+  /// false or the name has none of these suffixes, and RunError.
   std::filesystem::path place(std::string_view name,
                               const std::vector<std::string>& suffixes) const;
   /// The names of all files with their bytes, the newest first.

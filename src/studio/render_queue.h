@@ -22,9 +22,9 @@ struct RenderTask {
   std::vector<std::string> words;  ///< the command line
 };
 
-/// Renders, one after the other. Each is a run of the program `gamer`, so that its file, journal
-/// and messages are the program's. The page hears of progress, and of the end as "rendered",
-/// "cancelled" or "error".
+/// A queue of renders, which run one after the other. Each is a run of the program `gamer`, so that
+/// its file, journal and messages are those of the program. The page gets messages on progress, and
+/// at the end "rendered", "cancelled" or "error".
 class RenderQueue {
  public:
   RenderQueue() = default;
@@ -33,7 +33,7 @@ class RenderQueue {
   RenderQueue(const RenderQueue&) = delete;
   RenderQueue& operator=(const RenderQueue&) = delete;
 
-  /// Throws InputError where too many wait, or one of them makes the same file.
+  /// Throws InputError where too many renders wait, or one of them makes a file of this name.
   void add(RenderTask task);
   /// Cancels a page's render, and tells whether there was one.
   bool cancel(const Page& page, std::int64_t id);

@@ -78,7 +78,7 @@ class EditedScene {
   void operator()(const AddRowEdit& edit) {
     (*this)(CloneRowEdit{edit.row});
     const int row = edit.row + 1;
-    // What belongs to the other galaxy alone does not go with the new one.
+    // Values that belong to the copied row's galaxy alone are left out of the new row.
     const Words names = table_.front();
     for (const std::string& name : names) {
       const bool is_own = name == "sed" || name == "id" || name == "overrides" ||
@@ -108,7 +108,7 @@ class EditedScene {
     read();
   }
 
-  /// Throws InputError where the text does not say what it should.
+  /// Throws InputError where the words of the text differ from table_.
   void check() const {
     if (words() != table_) throw form_error();
   }
@@ -222,7 +222,7 @@ class EditedScene {
   std::string label_;
   std::string line_end_;
   std::vector<Line> lines_;   ///< names of columns, then rows
-  std::vector<Words> table_;  ///< what they should say
+  std::vector<Words> table_;  ///< words that the lines must have
 };
 
 }  // namespace

@@ -7,7 +7,8 @@
 
 namespace gamer {
 
-/// Where the parts of a TOML text are, in bytes. The text is valid; parse_toml() has read it.
+/// The places of the parts of a TOML text, in bytes. The text must be valid: parse_toml() has read
+/// it.
 
 /// A key with its value: "noise.k0 = 3".
 struct TomlPair {

@@ -182,7 +182,7 @@ class LevelView {
                      const Cancellation& cancellation, const Send& send) const {
     const Clock clock;
     RenderParameters parameters = level_parameters(parameters_, level);
-    // Nobody measures on a coarse view.
+    // A coarse view is only looked at, so that its galaxies may be measured as for a draft.
     const bool is_coarse = parameters.sampling.tolerance > parameters_.sampling.tolerance;
     RenderInput input{
         parameters.toml(), RenderInput::Text{document_.scene}, document_.galaxies, {}, label_,

@@ -20,8 +20,8 @@ std::string render_view(const Session& session, const std::string& label, std::i
                         const ViewRequest& request, const Cancellation& cancellation,
                         const Send& send);
 
-/// Parameters of the view at another size: a sky view keeps its field, and a tolerance above the
-/// scene's goes with one ray a pixel. Throws InputError.
+/// Parameters of the view at another level. A sky view keeps its field. A tolerance above the
+/// scene's own comes with one ray per pixel. Throws InputError.
 RenderParameters level_parameters(RenderParameters parameters, const ViewLevel& level);
 
 }  // namespace gamer

@@ -17,9 +17,9 @@
 
 namespace gamer {
 
-/// Renders the views and drafts of all pages in a thread of its own. Of a page only the newest view
-/// counts: it cancels the one before. A view also cancels the drafts of all pages, which are worth
-/// less than it. What was cancelled ends with the message "cancelled".
+/// Renders the views and drafts of all pages in a thread of its own. A new view cancels the earlier
+/// view of its page. It also cancels the drafts of all pages, which are less urgent. A cancelled
+/// view or draft ends with the message "cancelled".
 class ViewQueue {
  public:
   /// Renders a view: sends its frames but the last, which it returns.
@@ -32,7 +32,7 @@ class ViewQueue {
   ~ViewQueue();
 
   void ask(const std::shared_ptr<Page>& page, std::int64_t id, ViewRequest request);
-  /// A page has one draft in the making.
+  /// Adds a draft. A page has at most one draft; a new one cancels the earlier.
   void ask_draft(const std::shared_ptr<Page>& page, std::int64_t id, Work work);
   /// Cancels the view and the draft of a page, and tells whether it had one.
   bool cancel(const Page& page);

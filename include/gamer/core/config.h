@@ -39,8 +39,8 @@ class ConfigNode {
 std::string toml_string(std::string_view text);
 
 /// Parses TOML text; `file` names it in locations. Throws InputError for wrong syntax, duplicate
-/// keys, dates and times (no parameter takes them), nesting deeper than 64, a key of more than 16
-/// parts.
+/// keys, and dates and times, which no parameter takes. Other errors are nesting deeper than 64,
+/// and a key of more than 16 parts.
 ConfigNode parse_toml(std::string_view text, const std::string& file);
 
 /// Whether the key needs no quotes in TOML: letters and digits of ASCII, _ and -.

@@ -24,18 +24,18 @@ struct ManualOption {
 struct ManualCommand {
   std::string name;
   std::vector<std::string> aliases;
-  std::string synopsis;     ///< what follows the name
+  std::string synopsis;     ///< words behind the name
   std::string description;  ///< paragraphs with an empty line between; code is indented
   std::vector<ManualOption> options;
   std::vector<ManualOption> arguments;
 };
 
-/// A program's command line, of which manual pages and completions are made.
+/// A program's command line, from which manual pages and completions are made.
 struct Manual {
   std::string program;
   std::string version;
   std::string summary;                ///< without a final period
-  std::vector<std::string> synopses;  ///< what follows the program's name
+  std::vector<std::string> synopses;  ///< words behind the program's name
   std::string description;            ///< paragraphs
   std::vector<ManualOption> options;  ///< of the program, and of all its commands
   std::vector<ManualOption> arguments;

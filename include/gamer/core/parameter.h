@@ -16,7 +16,7 @@ namespace gamer {
 /// The usual values of a number, over which a slider runs.
 struct UsualRange {
   double low = 0, high = 1;
-  bool is_logarithmic = false;  ///< equal ways of the slider are equal ratios
+  bool is_logarithmic = false;  ///< equal distances on the slider are equal ratios
 };
 
 /// Allowed interval of a number; open ends exclude their bound.
@@ -63,8 +63,8 @@ using ParameterValue = std::variant<std::monostate, bool, std::int64_t, double, 
                                     std::vector<double>, std::vector<std::string>>;
 
 /// The declaration of one parameter. Parsing, range checks, lists, docs and property tests read it;
-/// it is the only description of the parameter. The functions make one of each type; a default of
-/// std::nullopt makes it optional.
+/// it is the only description of the parameter. The static functions declare a parameter of each
+/// type; a default of std::nullopt makes the parameter optional.
 struct Parameter {
   static Parameter boolean(std::string name, std::optional<bool> default_value,
                            std::string description);
@@ -120,7 +120,7 @@ std::string value_text(const ParameterValue& value);
 class ParameterSet {
  public:
   ParameterSet() = default;
-  /// All defaults.
+  /// A set in which every parameter has its default.
   explicit ParameterSet(const ParameterTable& table);
 
   /// Reads `node` (a table). Keys in `skip` are ignored here. `context` begins each message

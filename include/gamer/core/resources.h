@@ -39,8 +39,8 @@ class Resources {
   /// name with a '/' is a path relative to that file's folder and is searched nowhere else. The
   /// record's key is kind/name for a text found in `folders`, kind/./path (kind/../path,
   /// kind//path) for one found by path. Equal names of different files thus stay apart. Throws
-  /// InputError without a location (the caller adds it), with near names if nothing is found.
-  /// Throws it for files that are not regular, are unreadable, exceed 1024 MiB or have NUL bytes.
+  /// InputError without a location (the caller adds it), with near names if nothing is found. Other
+  /// errors are files that are not regular, are unreadable, exceed 1024 MiB or have NUL bytes.
   const Text& find(const std::string& kind, const std::string& name, const std::string& beside,
                    std::span<const std::string> suffixes);
 
@@ -70,7 +70,7 @@ class Resources {
   std::vector<Text> record() const;
 
  private:
-  /// find() without its entry in the list.
+  /// Does what find() does, without an entry in the list of log_lookups().
   const Text& search(const std::string& kind, const std::string& name, const std::string& beside,
                      std::span<const std::string> suffixes);
 

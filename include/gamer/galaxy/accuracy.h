@@ -22,8 +22,8 @@ struct Accuracy {
   /// their errors average out.
   double shared_error;
   double shared_step;
-  /// These factors for rays through no galaxies but those whose fluxes are fixed by their own rays.
-  /// The errors of rays average out over a whole galaxy.
+  /// shared_error and shared_step for rays that meet only galaxies whose fluxes are fixed by their
+  /// own rays. The errors of rays average out over a whole galaxy.
   double fixed_flux_error;
   double fixed_flux_step;
   /// Layers end where their envelope is exp(log_envelope_threshold) times its largest value.
@@ -51,15 +51,17 @@ struct Accuracy {
   /// Controls the light of clumps that rays would miss or count twice.
   double ray_spacing;
   /// Brightness, as a share of a component's peak, below which rays are farther apart. The second
-  /// one is that of galaxies of fixed flux. Controls the light of faint outskirts.
+  /// value is for galaxies of fixed flux. Controls the light of faint outskirts.
   double faint_brightness, fixed_flux_faint_brightness;
-  /// Largest factor on the distance of rays there, in galaxies whose flux is not fixed.
+  /// Largest factor on the distance of rays below faint_brightness, in galaxies whose flux is not
+  /// fixed.
   double faint_spacing;
   /// Distance of rays, in widest footprints, below which an edge needs no closer rays. Controls the
   /// light at the edges of bars.
   double edge_spacing;
-  /// Factor on the distance of rays in a galaxy whose flux is fixed by its own rays. The root of it
-  /// is a factor on ray_size and cell_size. Controls pixels and colours.
+  /// Largest factor on the distance of rays in a galaxy whose flux is fixed by its own rays
+  /// (fixed_spacing()). The factor's square root multiplies ray_size and cell_size. Controls pixels
+  /// and colours.
   double fixed_flux_spacing;
   /// Largest share of a pixel's light that the dust of layers (GalaxyLayer) takes from layers
   /// behind. Light behind is dimmed by the pixel's mean, as if it had the spectrum of the layer in
@@ -86,23 +88,24 @@ struct Accuracy {
   }
 
   /// Factor on the distance of rays in a galaxy of fixed flux. `pixel` is the width of a pixel,
-  /// galaxy radii. Pixels of galaxies with more than 128 pixels across are more exact. The
-  /// factor is 1 at 256 at the latest.
+  /// galaxy radii. The factor falls with the second power of the pixel where more than 128 pixels
+  /// cross the galaxy. From 256 pixels on it is 1.
   double fixed_spacing(double pixel) const {
     constexpr double most_pixels = 64;  // of a radius
     const double coarse = most_pixels * pixel;
     return std::clamp(fixed_flux_spacing * coarse * coarse, 1.0, fixed_flux_spacing);
   }
 
-  /// The smallest tolerance, since densities have single precision. Smaller values count as this
+  /// The smallest tolerance that densities of single precision allow. Smaller values count as this
   /// one.
   static constexpr double finest_tolerance = 3e-6;
 
   /// The knobs for a tolerance. With few nodes the quadrature's error is a smaller part of its
-  /// change, hence the power of ray_error (bench/ray_error_bench). Errors of stars do not average
-  /// out, hence the smaller star_error. Missed features fall with a high power of the first step,
-  /// hence its small power here. The error of the midpoint rule falls with the second power of the
-  /// size, and the error of Gauss' rule with the fourth.
+  /// change when every second node is left out, hence the power of ray_error
+  /// (bench/ray_error_bench). Errors of stars do not average out, hence the smaller star_error.
+  /// Missed features fall with a high power of the first step, hence its small power here. The
+  /// error of the midpoint rule falls with the second power of the size, and the error of Gauss'
+  /// rule with the fourth.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
     const double coarser = std::max(t / 1e-4, 1.0);

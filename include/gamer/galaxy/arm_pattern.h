@@ -24,8 +24,8 @@ class ArmPattern {
   enum class Model { none, ringermacher_mead, logarithmic };
 
   ArmPattern() = default;  ///< no arms
-  /// Reads [arms] (of table()) and the list of [[arm]], or null (of arm_table()); throws
-  /// InputError.
+  /// Reads the table [arms], declared by table(). `list` is the list of [[arm]], declared by
+  /// ArmCourses::arm_table(), or null. Throws InputError.
   static ArmPattern read(const ConfigNode& node, const ConfigNode* list = nullptr);
   static ParameterTable table();
   static ParameterTable arm_table();

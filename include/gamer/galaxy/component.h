@@ -83,8 +83,8 @@ struct GalaxySettings {
   std::shared_ptr<const ConfigNode> overrides = nullptr;
   /// The reference of a galaxy of the same file (Galaxy::reference()), or null.
   std::shared_ptr<Galaxy> reference = nullptr;
-  /// A galaxy from which all is copied that equals it and does not depend on the seed, or null. An
-  /// edited file has most components of the file before.
+  /// A galaxy with another seed, or of the file before an edit, or null. What equals it and does
+  /// not depend on the seed is copied from it.
   std::shared_ptr<const Galaxy> twin = nullptr;
   /// Sets the accuracy of the means of textures.
   Accuracy accuracy = Accuracy::from_tolerance(1e-3);
@@ -97,7 +97,7 @@ struct GalaxySettings {
 struct ColumnCloud {
   std::vector<WeightedBatch>
       columns;                 ///< places where columns meet the plane, weighted with their area
-  std::vector<float> heights;  ///< heights along the columns, each weighted with its step dz
+  std::vector<float> heights;  ///< heights along the columns; the weight of each is its step dz
   std::vector<float> steps;
 };
 
@@ -161,15 +161,15 @@ class Component {
   virtual double face_on_column() const = 0;
   /// The largest envelope without the arm modifier.
   virtual double peak() const { return 1; }
-  /// Factor of Accuracy::texture_threshold for this component's envelope: its peak, divided by
-  /// sqrt(<Phi^2>) if it has a texture.
+  /// Factor of Accuracy::texture_threshold for this component's envelope: the envelope's peak,
+  /// divided by sqrt(<Phi^2>) if there is a texture.
   double threshold_scale() const { return peak() / (texture_ != nullptr ? texture_->rms() : 1.0); }
   /// Frequency of the texture's sharpest features after winding by the twirl, cycles per galaxy
   /// radius; 0 without a texture.
   virtual double texture_frequency() const { return 0; }
-  /// Ratio of the width with which a ray sees the texture to its footprint. Some light has narrower
-  /// features than its octaves, which rays at the footprint's spacing could not follow. Dust
-  /// absorbs by exp(-tau), which blunts its peaks.
+  /// Ratio of the width with which a ray sees the texture to the ray's footprint. Some light has
+  /// features narrower than those of its octaves, which rays at the footprint's spacing could not
+  /// follow. Dust absorbs by exp(-tau), which blunts its peaks.
   double footprint_scale() const;
   /// Whether a ray of this footprint (galaxy radii) may hide a part of the texture.
   virtual bool hides_texture(double /*footprint*/) const { return false; }
@@ -204,7 +204,7 @@ class Component {
   std::optional<double> fraction() const { return fraction_; }
 
   const ComponentDigests& digests() const { return digests_; }
-  /// Adds what decides the texture of the component that this one follows.
+  /// Adds the digest of the component that this one follows to the digest of the texture.
   void follow(const ComponentDigests& followed);
 
   Texture* texture() { return texture_.get(); }
@@ -269,7 +269,7 @@ void register_component_kind(ComponentKind kind);
 /// Throws InputError at `where` for an unknown name, with near ones.
 const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where);
 
-/// What the components of a galaxy file share.
+/// The data that all components of a galaxy file share.
 struct ComponentSurroundings {
   const ArmPattern& arms;
   double axis_z;          ///< the galaxy's stretch along z

@@ -17,8 +17,8 @@ namespace gamer {
 /// The cost of evaluations; times are summed over threads.
 struct EvaluationCounts {
   std::uint64_t noise_evaluations = 0;  ///< base noises: points times octaves
-  double noise_seconds = 0;             ///< sums of octaves
-  double envelope_seconds = 0;          ///< the rest
+  double noise_seconds = 0;             ///< time of the sums of octaves
+  double envelope_seconds = 0;          ///< time of the rest of the evaluation
 };
 
 /// A galaxy type with its noise for one seed. Its components are in the ball frame (the ball of
@@ -78,7 +78,8 @@ class Galaxy {
                           EvaluationCounts& counts) const;
 
   /// Dust-free light at 5500 Angstrom of component c: the integral of its emissivity over the
-  /// galaxy, galaxy radii^3. Components that `solo` hides count as if they were seen.
+  /// galaxy, galaxy radii^3. Components that `solo` hides have the luminosity that they would have
+  /// without it.
   double luminosity(std::size_t c) const;
 
   /// Index of the component whose texture also modulates component c, or -1.
@@ -93,8 +94,8 @@ class Galaxy {
   /// Adds `sign` times the heights of component c's mid-plane above z = 0, at points that are not
   /// turned.
   void add_lift(std::size_t c, const Points& points, float sign, float* z) const;
-  /// Turns points, which a component's twirl has already turned back, back by a further `twirl`.
-  /// The arrays x, y, z hold the result.
+  /// Turns points back about the axis by a further `twirl`. A component's own twirl has already
+  /// turned them back. The arrays x, y, z hold the result.
   Points turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
                    BatchArray& z) const;
 
@@ -120,8 +121,8 @@ class Galaxy {
   static void look_up(const DustClosure::ByObliquity& tables, std::size_t size,
                       const BatchArray& log_footprints, const BatchArray& obliquity,
                       BatchArray& out);
-  /// Fills out.size() arrays with Phi of component c divided by its mean, one for each deviation; 1
-  /// where it is not needed.
+  /// Fills out.size() arrays, one for each deviation, with Phi of component c divided by its mean.
+  /// Values are 1 where Phi is not needed.
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
            const BatchArray& mean, const BatchArray* footprints, const BatchArray* coherence,
            std::span<const double> deviations, std::span<BatchArray> out,

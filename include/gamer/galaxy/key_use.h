@@ -7,8 +7,8 @@
 
 namespace gamer {
 
-/// A key that matters only while another key of its table has one of these values, or, where they
-/// are excluded, none of them. Without this it is refused or has no effect. `selector` may be in
+/// A condition under which a key matters: the key `selector` has one of `values` or, if
+/// `is_excluded`, none of them. Otherwise the key is refused or has no effect. `selector` may be in
 /// another table: "arms.model"; "arm" is the number of tables [[arm]]. Values are texts as in the
 /// file, without quotes; a key without a value has the empty text.
 struct KeyUse {
@@ -18,8 +18,8 @@ struct KeyUse {
   bool is_excluded = false;
 };
 
-/// The uses of the keys of a kind; those of its noise are "noise.floor". A key with several uses
-/// needs all of them.
+/// The uses of the keys of a kind. Keys of its noise have names like "noise.floor". A key with
+/// several uses needs all of them.
 std::vector<KeyUse> component_key_uses(const ComponentKind& kind);
 
 /// The uses of the keys of [arms].

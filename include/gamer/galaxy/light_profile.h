@@ -27,9 +27,8 @@ class LightProfile {
   LightProfile(std::span<const ComponentProfile> profiles, std::span<const double> light,
                std::span<const double> axis);
 
-  /// Half-light radius, galaxy radii: of the ellipse that holds half of the light seen face on,
-  /// along the longer axis of the disk's plane. Thin disks have this radius along their major axis
-  /// at every inclination.
+  /// The semi-major axis, galaxy radii, of the ellipse that holds half of the light of the galaxy
+  /// seen face on. Thin disks have this radius along their major axis at every inclination.
   double half_light_radius() const { return half_light_radius_; }
   /// sqrt(<z^2> / <x^2>), at most 1: the axis ratio of the galaxy seen edge on, by second moments.
   /// Where its plane is stretched, <x^2> is the geometric mean over both axes. At an inclination i

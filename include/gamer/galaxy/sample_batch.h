@@ -24,7 +24,8 @@ struct SampleBatch {
 struct RayBatch {
   BatchArray footprint;  ///< width of the area that the ray represents, galaxy radii
   BatchArray obliquity;  ///< ln of the ray's path per height above the plane
-  /// Whether Phi of light is divided by its mean over the component, and not only that of dust.
+  /// Whether Phi of components that emit is divided by its mean over the component. Phi of dust
+  /// always is.
   bool divides_light = true;
 };
 

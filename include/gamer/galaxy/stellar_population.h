@@ -69,8 +69,8 @@ class StellarPopulation {
   };
   GridPlace place(double temperature) const;
 
-  /// The mean of `share`, weighted with the light. If `spectrum` is not null, it gets the part of
-  /// each grid temperature; their sum is the mean.
+  /// The mean of share(luminosity), weighted with the light. If `spectrum` is not null, it gets the
+  /// contribution of each grid temperature to this mean.
   double light(const std::function<double(double luminosity)>& share,
                std::vector<double>* spectrum = nullptr) const;
   /// The spectrum of light with these parts of the grid's temperatures; if all parts are 0, the

@@ -36,14 +36,14 @@ class Texture {
                 std::span<const double> deviations, std::span<BatchArray> out,
                 std::uint64_t& evaluations) const;
 
-  /// The first of two steps of evaluate() with footprints: the octaves that rays see, for several
-  /// sets of footprints at equal points. Octaves shared by the sets are evaluated once. All points
-  /// use one algorithm, so that fully resolved points may differ from evaluate() by rounding.
-  /// expect() with deviations needs `wants_coherent`.
+  /// The first of two steps of evaluate() with footprints. Fills `out` with the octaves that rays
+  /// see, for several sets of footprints at one set of points. Octaves shared by the sets are
+  /// evaluated once. All points use one algorithm, so that fully resolved points may differ from
+  /// evaluate() by rounding. expect() with deviations needs `wants_coherent`.
   virtual void see(const Points& points, std::span<const float* const> footprints,
                    bool wants_coherent, std::span<SeenNoise> out,
                    std::uint64_t& evaluations) const = 0;
-  /// The second step: Phi from one of the sets.
+  /// The second step: Phi from what see() found for one of the sets.
   virtual void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
                       std::span<const double> deviations, std::span<BatchArray> out) const = 0;
 

@@ -10,7 +10,7 @@
 
 namespace gamer {
 
-/// One column: numbers (NaN where there is none), integers or texts.
+/// One column of numbers, integers or texts; a missing number is NaN.
 struct DataColumn {
   std::string name;
   std::string unit;         ///< as FITS writes units; empty for none

@@ -29,7 +29,7 @@ struct Picture {
 /// >= 0; black stays black.
 std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double slope, double scale);
 
-/// Makes a picture of an image without any choices by the user.
+/// Makes a picture of an image, with a tone that follows from the image alone.
 ///
 /// *Channels.* One plane is grey. Otherwise the planes are sorted by wavelength, and the longest is
 /// red. With two planes, green is their mean. More than three planes form three groups of nearly
@@ -41,12 +41,11 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// q05)/1.645. In a noise-free image with dark corners, m = 0; in an image with sky and noise, m is
 /// the sky.
 ///
-/// *Balance.* L_c is the channel's light and L the mean of the L_c. All channels sum their light
-/// over equal pixels: those in which some channel is 3 sigma above its sky. Channel c is
-/// multiplied by (L/L_c)^0.5. With exponent 1 every galaxy's sum would be white, with 0 red
-/// galaxies would be all red. With 0.5 a yellow-white bulge in a bluer disk remains. Green is then
-/// scaled so that its light is the geometric mean of red's and blue's: no galaxy as a whole is
-/// green or magenta.
+/// *Balance.* L_c is the channel's light and L the mean of the L_c. The light of every channel is
+/// summed over the pixels in which some channel is 3 sigma above its sky. Channel c is multiplied
+/// by (L/L_c)^0.5. With exponent 1 every galaxy's sum would be white, with 0 red galaxies would be
+/// all red. With 0.5 a yellow-white bulge in a bluer disk remains. Green is then scaled so that its
+/// light is the geometric mean of red's and blue's: no galaxy as a whole is green or magenta.
 ///
 /// *Stretch.* lupton_stretch() with the slope for which F(I_80) = 0.28 F(white). 80 % of the light
 /// lies above the brightness I_80 (a spiral's outer disk); white is the 99.99 % quantile of the
@@ -77,10 +76,10 @@ struct PictureTone {
   static PictureTone of_numbers(const std::array<double, 8>& numbers);
 };
 
-/// The light of each plane that together is white at full brightness in a picture: all channels are
-/// 1, and planes of a channel are equal. Empty where the picture has no light. With two planes
-/// green is their mean and nearly 1. The sky is not included. See picture_channels() for
-/// `wavelengths`.
+/// The light of each plane in a pixel that is white at full brightness in a picture. All channels
+/// of the pixel are 1, and planes of a channel are equal. Empty where the picture has no light.
+/// With two planes green is their mean and nearly 1. The sky is not included. See
+/// picture_channels() for `wavelengths`.
 std::vector<double> picture_white(const PictureTone& tone, int planes,
                                   const std::vector<double>& wavelengths);
 
@@ -109,8 +108,8 @@ struct PictureFileOptions {
 };
 
 /// Throws InputError for an unknown suffix, other bits, a missing folder or an existing file
-/// (unless overwrite). Throws it for more pixels than the format holds and a terminal as standard
-/// output.
+/// (unless overwrite). Other errors are more pixels than the format holds, and a terminal as
+/// standard output.
 void check_picture_file(const PictureFileOptions& options, int width, int height);
 
 /// A picture file written row by row from the top; it is complete or absent. The format is PNG

@@ -44,7 +44,7 @@ class Plane {
     int width = 0;
     int height = 0;
   };
-  /// By default whole rows of about 2^18 pixels.
+  /// The size of this plane's tiles; by default whole rows, together about 2^18 pixels.
   virtual Tile tile() const;
 
  private:

@@ -19,7 +19,8 @@ inline constexpr const char* png_table_chunk = "gaMR";
 /// The data of the table's chunk.
 std::vector<unsigned char> pack_png_table(const TextTable& table);
 
-/// Reads the table `name`. Throws InputError "<path>: ..." for no PNG, damage or no such table.
+/// Reads the table `name`. Throws InputError "<path>: ..." for a file that is no PNG, is damaged or
+/// has no such table.
 TextTable read_png_table(const std::filesystem::path& path, const std::string& name);
 
 /// Reads all chunks piece by piece up to the last (IEND) and compares them with their CRCs. Throws

@@ -50,8 +50,8 @@ class CelestialWcs {
   CelestialWcs& operator=(const CelestialWcs&);
   ~CelestialWcs();
 
-  /// Nothing where the pixel shows no sky or the position has no pixel (behind the tangent
-  /// plane...).
+  /// Conversions between pixels and sky. The result is empty where the pixel shows no sky, or where
+  /// the position has no pixel, as behind the tangent plane.
   std::optional<SkyPosition> sky(const PixelPosition& pixel) const;
   std::optional<PixelPosition> pixel(const SkyPosition& sky) const;
   /// Converts many pixels at a time; positions without sky are NaN.

@@ -12,7 +12,7 @@ namespace gamer {
 /// whether it does; by default apparent magnitudes do.
 enum class ObservedLight {
   rays,  ///< the galaxy's rays in the image add up to its magnitude (PlacedGalaxy::has_fixed_flux)
-  dust,  ///< by the share of light that dust absorbs, as parallel rays measure it
+  dust,  ///< by the share of light that dust absorbs, measured with parallel rays
   none   ///< not at all: in relative images, and where neither dust nor texture needs it
 };
 
@@ -42,8 +42,8 @@ FootprintRange attenuation_footprints(const RenderParameters& parameters);
 /// Galaxies of fixed flux are measured in all planes of the image, if the reference band is one of
 /// them. The job then has their layers, and their measured properties if it makes a table of truth.
 ///
-/// A galaxy that `memory` knows from this side, or in these pixels, is not measured again. Only a
-/// process without other ranks may give a memory.
+/// A galaxy is not measured again if `memory` holds a measurement from this direction or, for fixed
+/// fluxes, in these pixels. Only a process without other ranks may give a memory.
 void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pending& pending,
                        const Ranks& ranks, int threads, RenderJob& job,
                        CalibrationMemory* memory = nullptr);

@@ -140,7 +140,7 @@ class ImageTask {
   int replayed_rows_ = 0;
 };
 
-/// The part of the other ranks in ImageTask::render().
+/// The work of ranks other than 0 during ImageTask::render().
 void help_render(const RenderJob& job, const JobOptions& options, Executor& executor,
                  RankReport& report);
 

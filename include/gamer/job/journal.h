@@ -21,7 +21,7 @@ struct JournalPlan {
   std::string size;       ///< "512 x 512 pixels, 3 planes"
   int rows = 0;           ///< of the image
   int objects = 0;        ///< of table TRUTH; 0 if there is none
-  std::time_t begun = 0;  ///< when the job began
+  std::time_t begun = 0;  ///< time at which the job began
   std::string folder;     ///< the working folder
   std::string command;    ///< continues the job in that folder; empty if unknown
 };
@@ -99,14 +99,14 @@ class Journal {
   /// Sets a function that is called just before the file gets its name.
   void when_begun(std::function<void()> call) { when_begun_ = std::move(call); }
 
-  // These throw RunError "<path>: cannot write: ...".
+  // The functions below throw RunError "<path>: cannot write: ...".
   void add_rows(int section, RowRange rows, std::span<const double> values, bool single);
   /// Records that all rows are there. From now on files get their final names.
   void add_end();
   /// Removes the file of a finished job.
   void remove();
 
-  // These functions give the contents that open() found.
+  // The functions below give the contents that open() found.
   const JournalHead& head() const { return head_; }
   /// The finished rows in ascending order, with neighbours joined.
   std::vector<RowRange> finished(int section) const;
@@ -146,7 +146,7 @@ class Journal {
 
   std::vector<Block> blocks_;
   bool has_end_ = false;
-  std::uint64_t size_ = 0;  ///< of the sound entries, bytes
+  std::uint64_t size_ = 0;  ///< size of the undamaged entries, bytes
   std::uint64_t tail_ = 0;  ///< damaged bytes behind them
 };
 

@@ -27,9 +27,9 @@ void check_same_program(const Ranks& ranks);
 /// The head of a new job, with this program and instruction set.
 JournalHead make_journal_head(const RenderJob& job, std::string truth);
 
-/// Throws InputError "<label>: ..." that names all differences of two jobs. The first is the
-/// program; for equal programs, parameters with both values, other texts with their first different
-/// line, and the truth.
+/// Throws InputError "<label>: ..." that names all differences of two jobs. Different programs are
+/// named alone. For equal programs the differences are parameters with both values, other texts
+/// with their first different line, and the truth.
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label);
 /// Checks that an existing image belongs to this job. BMP pictures cannot be checked.
 void check_same_job(const std::filesystem::path& image, const Record& now);

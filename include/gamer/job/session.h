@@ -55,7 +55,7 @@ struct RenderProgress {
 
 struct Rendering;
 
-/// The wishes of a caller besides pixels, and how to watch and end a render.
+/// What a render makes besides pixels, and how its caller watches and ends it.
 struct RenderControl {
   bool truth = false;         ///< make table TRUTH and the images of [truth]
   bool truth_images = false;  ///< make those images even without the table
@@ -95,7 +95,7 @@ struct Rendering {
   void write(const std::filesystem::path& path, bool overwrite = false) const;
 };
 
-/// Renders into memory, any number of times. A session keeps its galaxies and what it has measured.
+/// Renders into memory, any number of times. A session keeps its galaxies and their calibrations.
 /// Renders that differ in camera, spectra, magnitudes or places measure nothing again. Pixels are
 /// those of the program, bit for bit, whatever was rendered before.
 ///

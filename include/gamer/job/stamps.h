@@ -83,7 +83,7 @@ class StampTask {
   double pixels() const;
 
  private:
-  /// Table TRUTH, where it is asked for.
+  /// Table TRUTH, if the job makes it.
   std::optional<DataTable> describe_objects(Executor& executor, Progress::Style style) const;
 
   RenderJob job_;
@@ -94,7 +94,7 @@ class StampTask {
   double unconverged_rays_ = 0;
 };
 
-/// The other ranks' part of StampTask::render().
+/// The work of ranks other than 0 during StampTask::render().
 void help_stamps(const RenderJob& job, const JobOptions& options, Executor& executor,
                  RankReport& report);
 

@@ -4,7 +4,8 @@
 
 namespace gamer {
 
-/// Whether the discs of a job's stars are as bright as the white of its picture, which is measured.
+/// Whether the white of a job's picture must be measured, because the discs of its stars are as
+/// bright.
 bool measures_star_tone(const RenderParameters& parameters, const Scene& scene);
 
 /// Finds the tone of a job's picture, for the discs of its stars. It is image.tone where that is
@@ -12,8 +13,8 @@ bool measures_star_tone(const RenderParameters& parameters, const Scene& scene);
 /// Every rank calls this function, and gets equal numbers.
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads);
 
-/// `output`, in which a picture without a tone of its own gets that of the discs of its stars,
-/// which are then white.
+/// `output` with the tone of the stars' discs for a picture that has no tone of its own. The discs
+/// are then white.
 OutputOptions toned_output(const OutputOptions& output, const RenderParameters& parameters);
 
 }  // namespace gamer

@@ -19,7 +19,7 @@ std::string darkness_warning(const RenderJob& job);
 
 /// A warning with the number of rays that did not reach the tolerance, in these files or frames.
 std::string shortfall_warning(const std::string& where, double rays);
-/// The card UNCONV of this number, if it is not 0.
+/// The card UNCONV with this number of rays; no card for 0.
 std::vector<Card> shortfall_cards(double rays);
 
 }  // namespace gamer

@@ -52,7 +52,8 @@ class CloudMoments {
   double sums_[count] = {};
 };
 
-/// The next power of 2 from a number of points on, so that means share clouds; at most `most`.
+/// The least power of 2 that is no less than a number of points, at most `most`. Powers of 2 let
+/// means share clouds.
 std::size_t shared_cloud_size(double points, std::size_t most);
 
 /// Moments of the values that `values` gives for batches [first, last) of a cloud, in threads of

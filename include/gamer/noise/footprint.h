@@ -9,7 +9,7 @@ namespace gamer {
 inline constexpr double fade_begin = 0.15;
 inline constexpr double fade_end = 0.9;
 
-/// That share, for `cycles` = f w.
+/// The share of an octave that a ray resolves, for `cycles` = f w.
 constexpr double seen_share(double cycles) {
   const double u = (fade_end - cycles) / (fade_end - fade_begin);
   if (u <= 0) return 0;

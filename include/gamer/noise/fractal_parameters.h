@@ -51,7 +51,7 @@ struct FractalParameters {
   void apply(const ParameterSet& values, const std::string& context);
 };
 
-/// Gives an octave its own lattice: offsets from hash(0), hash(1), hash(2), and the seed from
+/// Gives an octave its own lattice, with offsets from hash(0), hash(1), hash(2) and the seed from
 /// hash(3).
 void scatter(Octave& octave, const std::function<std::uint64_t(std::uint64_t)>& hash);
 

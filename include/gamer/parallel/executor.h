@@ -22,9 +22,9 @@ std::vector<RowRange> even_blocks(int rows, int block);
 /// Times of a rank's runs, seconds.
 struct RunTimes {
   double wall = 0;
-  double compute = 0;  ///< in compute, sum over the rank's threads
+  double compute = 0;  ///< in Compute, summed over the rank's threads
   double waiting = 0;  ///< waiting of these threads: for blocks, for room, for others to end
-  double consume = 0;  ///< in consume, on rank 0
+  double consume = 0;  ///< in Consume, on rank 0
 
   RunTimes& operator+=(const RunTimes& other) {
     wall += other.wall;

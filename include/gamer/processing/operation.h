@@ -20,7 +20,7 @@ struct OperationCall {
   int bitpix = 0;       ///< BITPIX of a FITS output, -32 or -64; 0: that of the input
   bool overwrite = false;
   int threads = 1;
-  /// Prints tables and numbers for people; files do not go through it.
+  /// Prints tables and numbers for people; output files are written without it.
   std::function<void(const std::string& text)> print;
 };
 
@@ -56,16 +56,16 @@ const Operation& find_operation(std::string_view name);
 /// A parameter's name as users type it: "axis_ratio" is "--axis-ratio".
 std::string option_name(std::string_view parameter);
 
-/// All options of an operation, those of every operation included, with their names as users type
-/// them.
+/// All options of an operation, with their names as users type them. They include the options that
+/// all operations have.
 ParameterTable operation_options(const Operation& operation);
 
 /// The files of a call: "in.fits out.fits".
 std::string files_text(const Operation& operation);
 
 /// Reads a command line: options, then files. Throws InputError for unknown and repeated options,
-/// and for a wrong number of files. Throws it for values that are missing, of a wrong type or out
-/// of range.
+/// and for a wrong number of files. Other errors are values that are missing, of a wrong type or
+/// out of range.
 OperationCall parse_call(const Operation& operation, std::span<const std::string> arguments);
 
 /// Texts of `gutil --help`, of `gutil <operation> --help`, and of the tables in docs/gutil.md.

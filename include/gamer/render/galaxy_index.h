@@ -36,7 +36,8 @@ class GalaxyIndex {
   /// The ball that holds all rays of the pixels [left, right) x [bottom, top); nothing if no pixel
   /// shows sky.
   std::optional<Ball> pixels(int left, int right, int bottom, int top) const;
-  /// False if certainly no ray of these pixels meets a galaxy. The check is quick for many pixels.
+  /// Whether a ray of these pixels may meet a galaxy; false only if certainly none does. The check
+  /// is quick for many pixels.
   bool may_meet(int left, int right, int bottom, int top) const;
   /// The ball that holds all rays within `pixels` pixels of a ray, in the pixels of
   /// Camera::pixel_size().
@@ -45,7 +46,8 @@ class GalaxyIndex {
   /// The ball that holds all rays that meet a ball of the scene.
   Ball ball_of(const glm::dvec3& centre, double radius) const;
 
-  /// Replaces `out` by the galaxies that a ray in the ball may meet, and some near them.
+  /// Replaces `out` by the galaxies that a ray in the ball may meet. Some galaxies near them may be
+  /// among them.
   void find(const Ball& rays, Found& out) const;
   /// Finds galaxies among those of an earlier search.
   static void find(const Ball& rays, const Found& among, std::vector<int>& out);
@@ -60,7 +62,8 @@ class GalaxyIndex {
   /// The ball that holds all rays of an area of the image, at most one face.
   std::optional<Ball> rays(double left, double right, double bottom, double top) const;
   void build(int first, int count);
-  /// Calls use(i) for each galaxy order_[i] that a ray in the ball may meet, until it is true.
+  /// Calls use(i) for each galaxy order_[i] that a ray in the ball may meet, until a call returns
+  /// true. Returns whether one did.
   template <class Use>
   bool any_of(const Ball& rays, const Use& use) const;
 

@@ -8,13 +8,13 @@ namespace gamer {
 
 /// Measured properties of one galaxy alone, dimmed only by its own dust.
 struct GalaxyMeasure {
-  /// [plane] Ratio of light with dust to light without dust. Where the flux is fixed, the latter is
-  /// not that of the rays, but dust_free_flux().
+  /// [plane] Ratio of light with dust to light without dust. Where the flux is fixed, the light
+  /// without dust is dust_free_flux(), not that of the rays.
   std::vector<double> attenuation;
   /// [plane] Light of the rays without dust, as a share of dust_free_flux(); 1 where the flux is
   /// not fixed.
   std::vector<double> dust_free;
-  /// Where the flux is fixed, PlacedGalaxy::light_factors; else empty.
+  /// PlacedGalaxy::light_factors of a galaxy of fixed flux; empty for other galaxies.
   std::vector<double> light_factors;
   double half_light_radius = 0;  ///< scene units; circle around the centre, first plane, with dust
   /// Ellipticity from second moments of the light of the first plane, with dust, about its
@@ -46,12 +46,13 @@ bool is_small(const PlacedGalaxy& galaxy, const Camera& camera);
 bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera);
 
-/// The footprints of the rays with which a galaxy is measured, `ray_distance` times as far apart as
-/// those of an image. Galaxies of fixed flux need none but those of the image.
+/// The footprints of the rays with which measure() sees a galaxy. These rays are `ray_distance`
+/// times as far apart as those of an image. Galaxies of fixed flux need only the footprints of the
+/// image.
 FootprintRange measure_footprints(const RenderParameters& parameters, double ray_distance = 2.5);
 
-/// Measures a galaxy of fixed flux with its rays in the image, and makes its layer. `number` is its
-/// place in the renderer's scene. The renderer has dust-free planes.
+/// Measures a galaxy of fixed flux with its rays in the image, and makes its layer. `number` is the
+/// galaxy's index in the renderer's scene. The renderer must have dust-free planes.
 GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy, int number,
                             const Camera& camera, const Spectrum& spectrum, GalaxyLayer& layer);
 

@@ -32,8 +32,8 @@ struct Hit {
   /// far parts.
   double footprint_growth = 0;
 
-  double error_factor = 1;   ///< on Accuracy::ray_error, where errors of rays average out
-  double step_factor = 1;    ///< on Accuracy::first_step
+  double error_factor = 1;   ///< factor on Accuracy::ray_error, where errors of rays average out
+  double step_factor = 1;    ///< factor on Accuracy::first_step
   bool seeks_depth = false;  ///< whether the optical depth decides the nodes, instead of the light
 
   double footprint_at(double t) const { return footprint + footprint_growth * t; }
@@ -139,8 +139,8 @@ struct RenderCounts : EvaluationCounts {
 /// The emitting and absorbing matter of a scene.
 class Medium {
  public:
-  /// `dust_free` adds a last spectral node, at which nothing absorbs. Stars of `fields` that are
-  /// drawn individually are left out; without `fields` all stars count.
+  /// `dust_free` adds a last spectral node, at which nothing absorbs. The medium's light lacks the
+  /// stars of `fields` that are drawn individually; without `fields` it holds all stars.
   Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const SpectralBasis> basis,
          const Accuracy& accuracy, bool dust_free = false,
          std::shared_ptr<const StarFields> fields = nullptr);
@@ -152,8 +152,8 @@ class Medium {
   const Accuracy& accuracy() const { return accuracy_; }
   double radius(int galaxy) const { return placed(galaxy).radius; }
 
-  /// Appends the ray's hits among `candidates`, nearest first. The functions below need a galaxy
-  /// that some ray has hit.
+  /// Appends the ray's hits among `candidates`, nearest first. The functions below may be called
+  /// only for galaxies that some ray has hit.
   void hits(const Ray& ray, std::span<const int> candidates, std::vector<Hit>& out) const;
   /// The plan of the hit galaxy's components on the ray, in t - hit.centre.
   void plan(const Hit& hit, RayPlan& out) const;
@@ -206,10 +206,10 @@ class Medium {
   /// brightness 1. `light` holds its G_j. With `dust_free` the brightness is that without dust.
   void add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
                   std::span<double> out) const;
-  /// The share of light behind a galaxy that comes through it in a plane, from that at the nodes.
-  /// The light is taken to have the spectrum of the galaxy's first component.
+  /// The share of light behind a galaxy that comes through it in a plane, from the shares at the
+  /// spectral nodes. The light is taken to have the spectrum of the galaxy's first component.
   double through(int galaxy, std::size_t plane, const double* through) const;
-  /// The value at a plane's pivot wavelength of a quantity that is known at the nodes.
+  /// The value at a plane's pivot wavelength of a quantity that is known at the spectral nodes.
   double at_pivot(std::size_t plane, const double* values) const;
 
  private:
@@ -217,30 +217,31 @@ class Medium {
   /// its own.
   struct GalaxyClass {
     std::vector<int> light, dust;      ///< indices of components
-    std::vector<std::size_t> emitter;  ///< of each of `light`
-    std::vector<const Sed*> seds;      ///< of each of `light`
+    std::vector<std::size_t> emitter;  ///< [light] index among emitting components
+    std::vector<const Sed*> seds;      ///< [light] spectrum
     /// The star field of each of `light`; null where no star is drawn individually.
     std::vector<const StarFields::Field*> fields;
     std::vector<const StarFields::SmoothPart*> field_parts;
     std::vector<double> columns;  ///< [component] typical largest line integral, with amplitude
     std::vector<double>
-        dust_columns;  ///< [dust component] `columns` before a stretch along the axis
+        dust_columns;  ///< [dust component] `columns` without the galaxy's stretch along z
   };
   /// Places of the spectral data shared by galaxies of one class and redshift, in arrays for all
   /// galaxies (up to a million). The data are filled when a ray first meets one of the galaxies, so
   /// that a rank pays only for galaxies in its rows.
   struct SharedSpectra {
-    /// Index in weights_: of [light component][plane * basis nodes + j], then sums over the nodes
-    /// [light component][steering plane], then typical brightnesses [steering plane].
+    /// Index in weights_ of three arrays: weights [light component][plane * basis nodes + j], their
+    /// sums over the nodes [light component][steering plane], typical brightnesses [steering
+    /// plane].
     std::size_t weights;
-    std::size_t extinction;  ///< index in extinction_: of [dust component][node]
+    std::size_t extinction;  ///< index in extinction_ of [dust component][node]
   };
   struct Spectra {
-    double brightness;  ///< factor of the weights
+    double brightness;  ///< factor on the weights
     std::uint32_t kind;
     std::uint32_t share;
   };
-  /// The nodes of a segment that lie in a galaxy's ball, and all nodes of the segment.
+  /// The range of a segment's nodes that lie in a galaxy's ball, and the range of all its nodes.
   struct NodesInBall {
     const Hit* hit;
     std::int32_t first, count;

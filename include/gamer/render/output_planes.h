@@ -15,7 +15,7 @@ struct OutputPlane {
   enum class Kind {
     image,          ///< the scene as seen
     dust_free,      ///< the scene without dust
-    optical_depth,  ///< mean over the pixel
+    optical_depth,  ///< mean optical depth over the pixel
     owner,     ///< number of the object with most of the pixel's light in all planes; 0 for none
     share,     ///< the owner's share of the pixel's light
     object,    ///< the light of one object alone, seen through all dust

@@ -23,7 +23,7 @@ namespace gamer {
 
 class LightSums;
 
-/// A renderer of rows of an image of a scene, or of a region of it. Rows and columns count from the
+/// A renderer of the image of a scene, or of a region of the image. Rows and columns count from the
 /// region's lower left pixel. Rows may be rendered in any order, by any thread or process; their
 /// values do not depend on this.
 class Renderer {
@@ -51,13 +51,15 @@ class Renderer {
   void render_rows(RowRange rows, std::span<double> values) const;
   /// Renders rows and adds the work to `counts`.
   void render_rows(RowRange rows, std::span<double> values, RenderCounts& counts) const;
-  /// Number of rows of a group that is rendered fastest; groups count from row 0.
+  /// Number of rows of a tile. Calls of render_rows() are fastest for whole tiles, which count from
+  /// row 0.
   static constexpr int tile_rows = 16;
   /// Renders the pixels [left, right) x [bottom, top) and adds the work to `counts`.
   void count_pixels(int left, int right, int bottom, int top, RenderCounts& counts) const;
   /// Number of tiles of the image in which the stars of star fields are drawn together.
   int field_tiles() const;
-  /// Draws the stars of one of these tiles, without keeping them, and adds the work to `counts`.
+  /// Draws the stars of star fields in one of field_tiles(), without keeping them, and adds the
+  /// work to `counts`.
   void count_field_stars(int number, RenderCounts& counts) const;
 
   /// Calls the function for every ray of the camera's window. Arguments are the
@@ -68,8 +70,8 @@ class Renderer {
   /// Renders values[plane * width + x] of pixels of a row, in the given ranges of columns and
   /// without stars that are drawn. Other columns have no light.
   void render_smooth(int y, std::span<const RowRange> columns, std::span<double> values) const;
-  /// Calls take(star, pixel) for the stars of star fields that rows of the image draw, once for the
-  /// star. The pixel of the whole image is the one that holds the star.
+  /// Calls take(star, pixel) once for each star of star fields that is drawn within these rows.
+  /// `pixel` is the pixel of the whole image that holds the star.
   void visit_field_stars(
       RowRange rows, StarPainter::Detail detail,
       const std::function<void(const StarPainter::Seen& star, glm::ivec2 pixel)>& take) const;
@@ -78,22 +80,22 @@ class Renderer {
   /// wavelength.
   double optical_depth(double x, double y, int galaxy) const;
 
-  /// Takes layers from those that are kept, instead of making them anew. They must be of an equal
-  /// renderer.
+  /// Takes layers from `layers` instead of making them anew. A renderer with equal arguments must
+  /// have made them.
   void use(std::shared_ptr<const GalaxyLayers> layers) { layers_ = std::move(layers); }
   /// A function that takes a ray: its pixel coordinates (from 0), its area (pixels), and its light
   /// by emitting component and spectral plane, as seen and without dust.
   using TakeLayerRay =
       std::function<void(double x, double y, double area, std::span<const double> seen,
                          std::span<const double> dust_free)>;
-  /// A galaxy in pixels of a region of the whole image, by component; calls `take` for its rays. A
-  /// pixel has numbers by spectral plane: the share of light behind that comes through, then the
-  /// optical depth if an image shows it, then the light of each emitting component. The light of
-  /// each without dust comes last, if an image shows it.
+  /// The parts of a galaxy's layer in a region of the whole image; calls `take` for the galaxy's
+  /// rays. A pixel has numbers by spectral plane. They are the share of light behind that comes
+  /// through, the optical depth if an image shows it, then the light of each emitting component.
+  /// Last comes the light of each component without dust, if an image shows it.
   GalaxyLayer layer_parts(int galaxy, const ImageRegion& region, const TakeLayerRay& take,
                           RenderCounts& counts) const;
-  /// The layer of which these are the parts. Light of a component counts as often as its factor;
-  /// without factors it counts once.
+  /// The layer that consists of these parts. The light of each component is multiplied by its
+  /// factor; no factors stand for factors of 1.
   GalaxyLayer summed(int galaxy, const std::vector<double>& factors,
                      const GalaxyLayer& parts) const;
   /// Wavelengths of the spectral nodes, Angstrom.
@@ -136,7 +138,7 @@ class Renderer {
                 RenderCounts& counts) const;
   /// Sets the footprint of a ray's hit for a pixel or sub-pixel of size `size`.
   void set_footprint(double size, Hit& hit) const;
-  /// Finds what samples hit among their candidates.
+  /// Finds the hits of samples among their candidates.
   void find_hits(
       std::span<const Sample> samples,
       const std::function<std::span<const int>(const Sample& sample, const Ray& ray)>& candidates,
@@ -145,9 +147,9 @@ class Renderer {
                  LightSums& sums, RenderCounts& counts) const;
   /// Adds the light and depth of an integrated ray.
   void add_ray(const Sample& sample, std::size_t ray, Workspace& work, LightSums& sums) const;
-  /// Numbers of a pixel of the parts of a galaxy's layer.
+  /// How many numbers a pixel has in the parts of a galaxy's layer.
   std::size_t layer_numbers(int galaxy) const;
-  /// Makes the parts of the layers of galaxies in a region.
+  /// Makes the parts of the layers of `galaxies` in a region; layers[i] belongs to galaxies[i].
   void make_layers(std::span<const int> galaxies, const ImageRegion& region,
                    std::span<GalaxyLayer> layers, Workspace& work, RenderCounts& counts,
                    const TakeLayerRay& take) const;
@@ -171,12 +173,12 @@ class Renderer {
   bool add_stars(RowRange rows, LightSums& sums) const;
   /// Adds the stars of star fields to rows of the whole image.
   void add_field_stars(RowRange rows, LightSums& sums, RenderCounts& counts) const;
-  /// Side of the tiles in which these are drawn, pixels.
+  /// Side of the tiles in which stars of star fields are drawn, pixels.
   int field_tile() const;
-  /// How far the stars next to a tile reach.
+  /// The reach of the stars next to a tile.
   StarPainter::Reach reach_of(const StarPainter::Tile& tile) const;
-  /// The light of a star in each plane, in units of white in its pixel; empty where all stars are
-  /// points.
+  /// The light of a star in each plane, relative to the light of a white pixel there; empty where
+  /// all stars are points.
   std::vector<double> times_white(const glm::dvec2& pixel, std::span<const double> flux,
                                   double area_scale) const;
   /// Takes the share of each plane's light that the pixel (x, y) gets.
@@ -189,7 +191,7 @@ class Renderer {
   void share_disc(const glm::dvec2& pixel, std::span<const double> times,
                   const TakeShares& take) const;
   void add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const;
-  /// The reach of stars, but for the least area; see `star_reach_`.
+  /// The reach of stars, without the least area; see `star_reach_`.
   StarPainter::Reach make_star_reach() const;
   /// Solid angles of a row's pixels, where there is light and the unit needs them; elsewhere 1.
   std::vector<double> areas_of(int y, std::size_t row, LightSums& sums) const;
@@ -203,7 +205,7 @@ class Renderer {
   Medium medium_;
   std::unique_ptr<Sampler> sampler_;
   GalaxyIndex index_;
-  std::shared_ptr<const GalaxyLayers> layers_;  ///< that are kept; may be null
+  std::shared_ptr<const GalaxyLayers> layers_;  ///< kept layers; may be null
   StarPainter painter_;
   OutputLayout layout_;
   std::vector<std::pair<int, int>> cusp_pixels_;  ///< [y, x] ascending; with a grid only
@@ -213,7 +215,7 @@ class Renderer {
   /// galaxy.
   std::vector<double> pixel_angle_in_ball_;
   std::vector<double> unit_factors_;  ///< [spectral plane]
-  bool draws_discs_;                  ///< of bright stars
+  bool draws_discs_;                  ///< whether bright stars are discs
   std::vector<double> white_;  ///< [spectral plane] brightness of discs; empty where there are none
   StarSettings star_settings_;
   StarPainter::Reach star_reach_;

@@ -33,10 +33,10 @@ class SmoothPath {
 ///
 /// Positions and targets follow a SmoothPath, and so do the logarithms of fov and width. Without
 /// animation.up, camera.up is up in every frame, so that the horizon stays level. With
-/// animation.up, each key has its own roll; the view's turns are unit quaternions with signs that
-/// make neighbours nearest. Their four components follow a SmoothPath. The shortest turn then
-/// points the view at the target. The view thus never rolls suddenly, even where the path passes
-/// straight above the target.
+/// animation.up, each key has its own roll. The keys' orientations are unit quaternions, with the
+/// signs that bring neighbours closest. Their four components follow a SmoothPath, and the shortest
+/// turn then points the view at the target. The view thus never rolls suddenly, even where the path
+/// passes straight above the target.
 class CameraPath {
  public:
   struct View {
@@ -44,10 +44,10 @@ class CameraPath {
     double fov = 0, width = 0;  ///< as camera.fov, camera.width
   };
 
-  /// Throws InputError for a projection without a target, and a fov or width that the projection
-  /// lacks. Throws it for lists of different lengths and times that do not ascend. Throws it for a
-  /// frame whose view has no direction or is too near to up (level horizon). Throws it for a frame
-  /// that exceeds the projection's fov or the range of numbers.
+  /// Throws InputError for a projection without a target, and for a fov or width that the
+  /// projection lacks. Other errors are lists of different lengths and times that do not ascend. A
+  /// frame's view must have a direction, which with a level horizon is not too near to up. A frame
+  /// must not exceed the projection's fov or the range of numbers.
   explicit CameraPath(const RenderParameters& parameters);
 
   int frames() const { return frames_; }

@@ -7,7 +7,7 @@
 
 namespace gamer {
 
-/// Galaxies and stars that fill the view of a survey's image, as the sky shows them.
+/// Parameters of the galaxies and stars that fill a survey's image, with the statistics of the sky.
 struct Background {
   /// AB magnitudes of the brightest and the faintest galaxies in the i band. Both are at least
   /// `least_magnitude`.

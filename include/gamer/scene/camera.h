@@ -31,7 +31,7 @@ glm::dvec3 direction_of(const SkyPosition& sky);
 SkyPosition sky_of(const glm::dvec3& direction);
 
 /// Maps pixels to rays. Pixel coordinates are those of FITS less 1: (0, 0) is the centre of the
-/// lower-left pixel, x to the right, y up. They are the whole image's, whichever region of it is
+/// lower-left pixel, x to the right, y up. They refer to the whole image, whichever region of it is
 /// rendered.
 ///
 /// In a sky view the camera is the observer at the origin. The scene is comoving space in Mpc,
@@ -54,11 +54,11 @@ class Camera {
   /// Whether the image is a grid on a plane: perspective and orthographic views, and sky views with
   /// projection TAN.
   bool is_flat() const;
-  /// Points that a flat image shows right of x (axis 0) or above y (axis 1). Points behind the
-  /// camera belong to it where they project to the left or below.
+  /// The half-space of the points that a flat image shows right of x (axis 0) or above y (axis 1).
+  /// A point behind the camera belongs to it if the point projects to the left or below.
   HalfSpace beyond(int axis, double place) const;
 
-  /// Nothing where a pixel shows no sky.
+  /// The ray through a place of the image; nothing where the place shows no sky.
   std::optional<Ray> ray(double x, double y) const;
   /// Rays through many places (x, y). In sky views this is faster than one call of ray() for each.
   void rays(std::span<const glm::dvec2> places, std::span<std::optional<Ray>> out) const;
@@ -113,17 +113,17 @@ class Camera {
 
   /// World coordinates of a sky view.
   const std::optional<CelestialWcs>& wcs() const { return wcs_; }
-  /// The header records of a sky view's world coordinates, by pixels of the window.
+  /// The header records of a sky view's world coordinates, in pixels of the window.
   std::vector<std::string> wcs_records() const;
 
-  /// World coordinates of perspective and orthographic views, by pixels of the window. Perspective:
+  /// World coordinates of perspective and orthographic views, in pixels of the window. Perspective:
   /// tangents of the offsets from the view's centre, times 180/pi; type "XTAN"/"YTAN", unit deg,
   /// linear. Orthographic: offsets in scene units, type "X"/"Y".
   LinearAxis x_axis() const;
   LinearAxis y_axis() const;
 
  private:
-  /// Sets what follows from wcs_.
+  /// Sets the members that follow from wcs_.
   void set_sky();
 
   int width_, height_;
@@ -134,8 +134,8 @@ class Camera {
   glm::dvec3 position_, right_, up_, back_;
   std::string unit_;
   std::optional<CelestialWcs> wcs_;
-  std::shared_ptr<const TangentPlane> plane_;       ///< null but in sky views with projection TAN
-  std::shared_ptr<const SphereProjection> sphere_;  ///< null but in views of the sphere
+  std::shared_ptr<const TangentPlane> plane_;       ///< null except in TAN sky views
+  std::shared_ptr<const SphereProjection> sphere_;  ///< null except in views of the sphere
 };
 
 /// Makes the camera of the parameters. If camera.header names a FITS file, its header is read and

@@ -37,8 +37,8 @@ enum class SphereFrame { galactic, equatorial, ecliptic };
 /// Section [camera]: the view.
 struct CameraSettings {
   static ParameterSection section();
-  /// Throws InputError for a target at the camera's position and an up that is parallel to the
-  /// view. Throws it for an angle that the projection cannot show and a declination beyond the
+  /// Throws InputError for a target at the camera's position, and for an up that is parallel to the
+  /// view. Other errors are an angle that the projection cannot show, and a declination beyond the
   /// poles.
   static CameraSettings read(const ParameterSet& values);
   /// Keys whose values `header` replaces.

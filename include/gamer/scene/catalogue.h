@@ -66,11 +66,12 @@ class Catalogue {
   };
 
   /// Parses a text format. Throws InputError with line and column for missing column names, a bad
-  /// head, or a wrong value in a SkyMaker list. Throws it for a row whose number of values is not
-  /// that of columns. `table_name` selects a TABLE of a VOTable by name, ID or number.
+  /// head, or a wrong value in a SkyMaker list. Another error is a row whose number of values
+  /// differs from the number of columns. `table_name` selects a TABLE of a VOTable by name, ID or
+  /// number.
   static Catalogue parse(std::string_view text, const std::string& label, CatalogueFormat format,
                          const std::string& table_name = {});
-  /// From a FITS table; rows count from 1 in messages ("catalogue.fits, row 12").
+  /// The catalogue of a FITS table. Rows count from 1 in messages ("catalogue.fits, row 12").
   static Catalogue from_table(DataTable table, const std::string& label);
 
   CatalogueFormat format() const { return format_; }

@@ -28,9 +28,9 @@ std::string name_of_type(const std::string& type);
 /// Suffixes of files in `galaxies/`.
 const std::vector<std::string>& galaxy_suffixes();
 
-/// The galaxies of scenes, each made once per type, SED and seed. A library may outlive a scene:
-/// frames of an animation share one. They differ in the camera, but not in noise and tolerance. One
-/// thread at a time may use a library.
+/// The galaxies of scenes, each made once per type, SED and seed. A library may outlive a scene.
+/// Frames of an animation share a library, since they differ in the camera, but not in noise and
+/// tolerance. One thread at a time may use a library.
 class GalaxyLibrary {
  public:
   /// `label` is the catalogue's; names are looked up beside it. `resources` must outlive the
@@ -45,12 +45,13 @@ class GalaxyLibrary {
   /// tolerance. The light of a component then errs by a few per cent.
   void measure_as_draft();
   bool measures_as_draft() const { return is_draft_; }
-  /// The footprints for which drafts are measured; wider ones are seen at no lower tolerance.
+  /// The footprints for which drafts are measured. Wider footprints occur only at higher
+  /// tolerances.
   static FootprintRange draft_footprints();
-  /// These parameters with the tolerance at which drafts are measured.
+  /// The given parameters, with the tolerance at which drafts are measured.
   static RenderParameters draft_accuracy(RenderParameters parameters);
 
-  /// From now on, takes from this store the galaxies that earlier scenes measured.
+  /// Makes later calls take galaxies that earlier scenes measured from this store.
   void reuse(std::shared_ptr<MeasuredGalaxies> measured) { measured_ = std::move(measured); }
   /// Whether all galaxies that were taken are measured for the footprints that a scene needs. If
   /// not, the library forgets all its galaxies and takes no more: the scene is to be read again.
@@ -64,11 +65,12 @@ class GalaxyLibrary {
   /// place where the row names something unknown.
   std::shared_ptr<const Galaxy> find(const std::string& type, const std::string& sed,
                                      std::uint64_t seed, const SceneRow& row);
-  /// The distribution of light of a row's galaxy in a band at a redshift; at 5500 Angstrom if the
-  /// band is null. Seeds have no influence. Throws InputError where the galaxy has no light there.
+  /// The distribution of light of a row's galaxy in a band at a redshift, or at 5500 Angstrom if
+  /// the band is null. It does not depend on the seed. Throws InputError where the galaxy has no
+  /// light there.
   LightProfile light_profile(const std::string& type, const std::string& sed, std::uint64_t seed,
                              double redshift, const Bandpass* band, const SceneRow& row);
-  /// An SED that a row names.
+  /// The SED that a row names.
   std::shared_ptr<const Sed> find_sed_of(const std::string& name, const SceneRow& row);
 
   /// Galaxies of a scene, in its order, that GalaxyStatistics has to measure before they are

@@ -35,13 +35,15 @@ struct ImageRegion {
 /// Section [image]: the image's file and the unit of its pixels.
 struct ImageSettings {
   static ParameterSection section();
-  /// Throws InputError for a data type or a tone that no file has, and for a region that is none.
+  /// Throws InputError for a data type or a tone that no file has, and for a region that is not
+  /// four whole numbers.
   static ImageSettings read(const ParameterSet& values);
 
   OutputOptions output;
   SourceLocation layout_where;
   std::optional<ImageRegion> region;  ///< the part that is rendered; none for the whole image
-  /// The unit given; if none, the scene decides: relative where it has no magnitudes, else nJy.
+  /// The unit that the file gives. Without it the unit is relative if the scene has no magnitudes,
+  /// else nJy.
   std::optional<PixelUnit> unit;
   SourceLocation unit_where;
 };

@@ -20,7 +20,7 @@ class MeasuredGalaxies {
  public:
   struct Entry {
     std::shared_ptr<const Galaxy> galaxy;
-    FootprintRange footprints;               ///< for which it is measured
+    FootprintRange footprints;               ///< footprints for which it is measured
     std::vector<Resources::Lookup> lookups;  ///< the files that it names
     std::string label;                       ///< of its own file
   };
@@ -30,16 +30,16 @@ class MeasuredGalaxies {
   /// The galaxy of this key; `resources` then records its files, too. Nothing if there is no such
   /// galaxy or a file has changed.
   std::optional<Entry> find(const std::string& key, Resources& resources);
-  /// The galaxy that was added last from a file of this label, as a twin of one that is edited;
-  /// null if there is none.
+  /// The galaxy that was added last from a file of this label; null if there is none. It serves as
+  /// the twin of a galaxy of the edited file.
   std::shared_ptr<const Galaxy> latest(const std::string& label);
   void add(const std::string& key, Entry entry);
 
  private:
   struct Used {
     Entry entry;
-    std::uint64_t scene = 0;   ///< the last that used it
-    std::uint64_t number = 0;  ///< counts the galaxies added
+    std::uint64_t scene = 0;   ///< number of the last scene that used it
+    std::uint64_t number = 0;  ///< number of its addition, from 1
   };
   std::mutex mutex_;
   std::uint64_t scene_ = 0, added_ = 0;

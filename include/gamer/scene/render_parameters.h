@@ -72,7 +72,8 @@ class RenderParameters {
   /// Whether stars brighter than the white point are discs.
   bool draws_star_discs() const;
 
-  /// Mpc per scene unit; 1 in a sky view, whose scene is comoving space; none where arbitrary.
+  /// Mpc per scene unit; 1 in a sky view, whose scene is comoving space; none where the unit is
+  /// arbitrary.
   std::optional<double> megaparsec() const;
 
  private:

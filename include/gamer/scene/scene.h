@@ -48,14 +48,15 @@ struct PlacedGalaxy {
   bool is_absolute = false;  ///< whether its magnitude is absolute
   /// Whether its brightness was set so that its rays in this image add up to its magnitude.
   bool has_fixed_flux = false;
-  /// Factors of the light of each emitting component; empty for 1. With them the rays of a galaxy
-  /// of fixed flux give each component its share of the light without dust.
+  /// A factor on the light of each emitting component; empty where all factors are 1. The factors
+  /// make the rays of a galaxy of fixed flux give each component its share of the light without
+  /// dust.
   std::vector<double> light_factors = {};
   double light_factor(std::size_t emitter) const {
     return light_factors.empty() ? 1 : light_factors[emitter];
   }
   /// Whether it is rendered by itself, and then laid over what is behind it (GalaxyLayer). Every
-  /// galaxy of fixed flux is.
+  /// galaxy of fixed flux is a layer.
   bool is_layer = false;
   /// Whether the stars of its star fields may be drawn one by one. Otherwise they are smooth light.
   bool draws_stars = true;
@@ -73,13 +74,13 @@ struct PlacedStar {
   glm::dvec3 direction;      ///< in a sky view
   glm::dvec2 pixel;          ///< pixel coordinates, from 0
   std::vector<double> flux;  ///< nJy, one per plane
-  /// Camera::solid_angle() divided by this is in sr where the unit is one of surface brightness.
+  /// Divisor that converts Camera::solid_angle() to sr where the unit is one of surface brightness.
   double area_scale = 1;
 };
 
-/// Name of the column with the row of the catalogue in Scene::others.
+/// Name of the column in Scene::others that holds the row of the catalogue.
 inline constexpr const char* row_column = "row";
-/// Prefix of the name of another column that equals the name of a scene's column.
+/// Prefix that a column in Scene::others gets if its name is that of a scene's column.
 inline constexpr const char* clash_prefix = "cat_";
 
 /// The objects of a scene; in a sky view only those that it shows.
@@ -108,8 +109,8 @@ struct Scene {
   /// The catalogue's columns that the list lacks, by row of the list: `row` (of the catalogue, from
   /// 1), then the others. See other_columns().
   DataTable others = {};
-  /// In a region of a sky view: the probes of the whole image, so that the region has its spectral
-  /// nodes. Without them the image's galaxies are probed.
+  /// In a region of a sky view, the probes of the whole image, so that the region has the image's
+  /// spectral nodes. Without these probes the scene's own galaxies are probes.
   std::optional<SpectralProbes> probes = std::nullopt;
   /// Rows at the end of the list that are no objects: probes beyond the region.
   std::size_t extra_rows = 0;
@@ -128,16 +129,16 @@ struct Scene {
 /// dust, seen face on (LightProfile).
 ///
 /// g1, g2 and kappa distort a galaxy's image about its centre. The image at theta shows the source
-/// at A theta, A = (1 - kappa) [[1 - g1, -g2], [-g2, 1 + g1]]. Coordinates are (North,
-/// East), in other views the image's (+y, -x). Surface brightness stays, so that the flux grows by
+/// at A theta, A = (1 - kappa) [[1 - g1, -g2], [-g2, 1 + g1]]. Coordinates are (North, East), in
+/// other views the image's (+y, -x). Surface brightness is conserved, so that the flux grows by
 /// 1/det A.
 ///
 /// In a sky view positions are ra dec, or dx dy (in the tangent plane at the image's middle), or px
 /// py. A galaxy stands at the comoving distance of its redshift or at distance/(1+z); with neither
 /// it stands at 1000 Mpc, unredshifted. Objects that do not touch the image, or its region, are
 /// left out. SkyMaker's pa, counted in the image, is turned by the image's direction there.
-/// Galaxies of one type, SED and seed share one Galaxy, and without noise the seed does not count.
-/// If any object has a magnitude, all have one, except galaxies of dust alone.
+/// Galaxies of one type, SED and seed share one Galaxy. In galaxies without noise the seed has no
+/// effect. If any object has a magnitude, all have one, except galaxies of dust alone.
 ///
 /// Throws InputError with the place of the cell. Columns: unknown, repeated or missing; wrong
 /// units. Values: bad numbers, out of their interval, zero orientation, unknown galaxies (with near

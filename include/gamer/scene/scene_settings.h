@@ -18,7 +18,7 @@ struct SceneSettings {
   /// Parameters of galaxies that differ from their files, by type and component.
   ConfigNode overrides;
   std::string solo;  ///< name of the only component that galaxies show, or empty
-  /// Mpc per scene unit; none where arbitrary.
+  /// Mpc per scene unit; none where the unit is arbitrary.
   std::optional<double> megaparsec() const;
 };
 

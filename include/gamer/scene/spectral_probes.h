@@ -52,13 +52,13 @@ class ProbeChooser {
   std::optional<SpectralProbes::Light> farthest_;
 };
 
-/// Name of the recorded text with the probes of a region, which may be beyond it.
+/// Name of the recorded text with the probes of a region; probes may lie outside the region.
 inline constexpr const char* recorded_probes = "scene.probes";
 
 /// The place of a probe in a recorded scene list.
 struct RecordedProbe {
   std::size_t row;                       ///< of the list, from 0
-  std::optional<std::size_t> component;  ///< of dust; none for the farthest light
+  std::optional<std::size_t> component;  ///< component of dust; none for the farthest light
 };
 
 /// A line for each probe: its row of the list, from 1, and the number of its component of dust,

@@ -22,7 +22,7 @@ struct SpectralPlane {
   Sed::Range range() const;
   /// The flux of light with that SED, c F_nu in Angstrom^2: band_flux() or monochromatic_flux().
   double flux(const Sed& sed, double redshift, Igm igm) const;
-  /// flux(), shared among the wavelengths of the plane's light.
+  /// The contribution of each wavelength of the plane's light to flux().
   FluxSamples samples(const Sed& sed, double redshift, Igm igm) const;
 };
 

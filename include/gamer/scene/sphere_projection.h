@@ -42,7 +42,7 @@ class SphereProjection {
   /// The pixel that stands for (x, y), which lies a few pixels from the place `at`. Beyond a seam
   /// of the face of `at` it is the pixel that joins there; beyond the edge of the map it is (x, y).
   virtual glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const = 0;
-  /// True where neighbour() is another pixel for some (x, y) less than `reach` pixels from `at`.
+  /// Whether neighbour() is another pixel for some (x, y) less than `reach` pixels from `at`.
   virtual bool is_near_seam(const glm::dvec2& at, double reach) const;
 
   int width() const { return width_; }

@@ -42,7 +42,8 @@ struct StarSettings {
   double reach() const;
   /// Whether the image's file has a table of the stars of star fields that it draws.
   bool table = false;
-  /// PictureTone::numbers() of the image's picture, which complete() finds where discs need it.
+  /// PictureTone::numbers() of the image's picture. Function complete() finds it where discs need
+  /// it.
   std::optional<std::array<double, 8>> tone;
 };
 

@@ -53,8 +53,8 @@ class Bandpass {
 /// Reads a two-column file with "# wavelength: Angstrom|nm|um" and "# response: photons|energy" in
 /// its head. A response per unit of energy is divided row by row by the wavelength and scaled to
 /// keep its largest value. "# throughput: 0.45" (optional, in ]0, 1]) is the absolute response
-/// where the column is 1. Throws InputError with line and column: as parse_sed, and for wavelengths
-/// outside [1, 1e10] Angstrom and responses whose integrals overflow or vanish.
+/// where the column is 1. Throws InputError with line and column, as parse_sed() does. Other errors
+/// are wavelengths outside [1, 1e10] Angstrom, and responses whose integrals overflow or vanish.
 std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std::string& label,
                                                const std::string& name);
 

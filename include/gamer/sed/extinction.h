@@ -37,8 +37,8 @@ class Ccm89 : public ExtinctionCurve {
 
 /// Reads a two-column file with "# wavelength: Angstrom|nm|um" and "# extinction: relative" in its
 /// head. The second column is A(lambda)/A(V), linear in wavelength between rows. Throws InputError
-/// with line and column: as parse_sed, and where a curve that covers 5500 Angstrom is not 1 there
-/// to 5 %. A curve that differs is not relative to A(V).
+/// with line and column, as parse_sed() does. Another error is a curve that covers 5500 Angstrom
+/// and differs there from 1 by more than 5 %, since it is not relative to A(V).
 std::shared_ptr<const ExtinctionCurve> parse_extinction(std::string_view text,
                                                         const std::string& label);
 

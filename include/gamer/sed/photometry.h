@@ -15,7 +15,7 @@ inline constexpr double nanojansky_zero_point = 31.4;
 inline constexpr double nanojansky_in_cgs = 1e-32;  ///< erg/s/cm^2/Hz
 
 double nanojansky(double ab_magnitude);
-/// Infinite for 0 nJy, NaN for negative values.
+/// The AB magnitude of a flux density; infinite for 0 nJy, NaN for negative values.
 double ab_magnitude(double nanojansky);
 
 /// Absorption between a source and the observer.

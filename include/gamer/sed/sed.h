@@ -41,8 +41,8 @@ class Sed {
 };
 
 /// Reads a two-column file with "# wavelength: Angstrom|nm|um" and "# flux: flambda|fnu|fphotons"
-/// in its head. The column is interpolated linearly in wavelength, then converted to f_lambda: f_nu
-/// / lambda^2, photons / lambda. A constant f_nu thus stays constant between two rows.
+/// in its head. The flux is interpolated linearly in wavelength. Then it is converted to f_lambda:
+/// f_nu / lambda^2, or photons / lambda. A constant f_nu thus stays constant between two rows.
 ///
 /// Throws InputError with line and column: missing units (the message has the line to add), words
 /// that are not numbers, fewer than two rows. Wavelengths must be positive and ascending and cover
@@ -59,8 +59,9 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
 ///   blackbody(T K)     f_lambda = B_lambda(T)/B_lambda0(T) by Planck's law, T in ]0, 1e7]
 ///
 /// They are defined at all wavelengths above 0. Where a ratio exceeds the largest double (cold
-/// blackbodies in the far infrared), that double replaces it. Throws InputError: as parse_sed, and,
-/// without a location (the caller adds it), for unknown names (with near ones) and bad arguments.
+/// blackbodies in the far infrared), that double replaces it. Throws InputError as parse_sed()
+/// does. For unknown names (with near ones) and bad arguments the error has no location, which the
+/// caller adds.
 std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& beside,
                                     Resources& resources);
 

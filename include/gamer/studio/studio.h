@@ -11,8 +11,8 @@ namespace gamer {
 /// The options of gstudio.
 struct StudioOptions {
   std::filesystem::path galaxy;      ///< a galaxy's file, or its type's name
-  std::filesystem::path parameters;  ///< instead of it: a parameter file
-  std::filesystem::path scene;       ///< and the scene that it goes with
+  std::filesystem::path parameters;  ///< a parameter file, instead of a galaxy
+  std::filesystem::path scene;       ///< the scene of the parameter file
   /// The only folder that the page writes into and reads from. It is made when it is needed.
   std::filesystem::path folder = "gstudio-output";
   int port = 0;  ///< 0: one that is free
@@ -23,7 +23,7 @@ struct StudioOptions {
 };
 
 /// Serves the page until a signal ends the process, and tells its address. Throws InputError for
-/// what cannot be opened, and RunError where the port is in use.
+/// files that cannot be opened, and RunError where the port is in use.
 void run_studio(const StudioOptions& options, const std::function<void(const std::string&)>& say);
 
 }  // namespace gamer

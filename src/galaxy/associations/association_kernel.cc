@@ -71,7 +71,8 @@ HWY_INLINE VU Mix32(DU du, VU word) {
   return hn::Xor(word, hn::ShiftRight<16>(word));
 }
 
-/// A point, its place in a lattice, and what decides which clumps are there.
+/// A point, its place in a lattice, and the part of the octaves that decides which clumps exist
+/// there.
 template <class V>
 struct LatticePlace {
   V px, py, pz;  ///< of the point
@@ -155,7 +156,7 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& dens
   const auto row = hn::Mul(index_of(x), hn::Set(du, lattice_px));
   const auto along =
       hn::Add(hn::Mul(index_of(y), hn::Set(du, lattice_py)), hn::Set(du, level.seed));
-  // From the lattice back to galaxy radii.
+  // Factors that turn offsets in the lattice back to galaxy radii.
   const float turn_x = level.cosine * level.cell * level.cell;
   const float turn_y = level.sine * level.cell * level.cell;
   const auto reach = static_cast<float>(1 / clump_reach(double{level.bends}));
@@ -185,7 +186,7 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& dens
     const V dz =
         hn::Mul(hn::Sub(at.pz, hn::GatherIndex(d, level.height.data(), kind)), inverse_radius);
     const V scale = hn::Mul(inverse_radius, hn::Set(d, level.cell));
-    // Points above or below the clump, or beside it, see nothing of it.
+    // The clump emits nothing above, below or beside itself.
     const V farthest = hn::Max(hn::Abs(dz), hn::Mul(hn::Mul(across, scale), hn::Set(d, reach)));
     if (hn::AllFalse(d, hn::Lt(farthest, one))) continue;
     const V profile = BentProfile(d, level, hn::Mul(dx, scale), hn::Mul(dy, scale), dz, kind,

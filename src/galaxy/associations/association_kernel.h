@@ -12,30 +12,32 @@ namespace gamer {
 // The part of AssociationTexture that works on whole vectors: its inputs, and functions that run
 // the best instruction set of this machine. Arrays are those of batches (batch.h).
 
-/// Number of different clumps of a level, and the bits of a hash that choose one.
+/// Number of bits of a hash that choose one of a level's different clumps, and number of these
+/// clumps.
 constexpr int clump_bits = 9;
 constexpr std::size_t clump_count = std::size_t{1} << clump_bits;
 
-// The light of a clump, in radii of the clump: a halo H (q^3 - c q^3 Q^2)(1 + e.x) and two cores
-// C (q_1^3 + second_core q_2^3). q = 1 - |x|^2, and Q is q in the plane, 1 - x^2 - y^2. The cavity
-// of depth c is thus a hole along z, with a rim that e makes brighter on one side. q_i is the q of
-// a sphere of radius core_radius about the core. Places x are those of the bent clump: waves move
-// rows of points along the lattice's axes, which changes no area.
+// The light of a clump at a place x, in radii of the clump: a halo H (q^3 - c q^3 Q^2)(1 + e.x) and
+// two cores C (q_1^3 + second_core q_2^3). q = 1 - |x|^2, and Q is q in the plane, 1 - x^2 - y^2.
+// The cavity of depth c is thus a hole along z, with a rim that e makes brighter on one side. q_i
+// is the q of a sphere of radius core_radius about the core. Places x are those of the bent clump:
+// waves move rows of points along the lattice's axes, which changes no area.
 constexpr float core_radius = 0.6f;
 constexpr float second_core = 0.5f;
 // Largest offset of a core along an axis, and largest e along an axis.
 constexpr float core_offset = 0.35f;
 constexpr float largest_tilt = 0.6f;
 
-/// A wave bends by `height` times the irregularity, in radii, with so many cycles a radius.
+/// A wave that bends a clump. Its amplitude is `height` times the irregularity, in radii of the
+/// clump, and its frequency is `cycles` per radius.
 struct Bend {
   float height, cycles;
 };
 constexpr Bend wide_bend{0.2f, 0.4f}, narrow_bend{0.06f, 1.1f};
-// Cycles by which the phase of a wave turns within a radius along z.
+// Cycles by which the phase of a wide wave shifts per radius along z.
 constexpr float bend_turn = 0.3f;
 
-// Volume integrals of q^3 and q^3 Q^2, and of the cores where C = 1.
+// Volume integrals of q^3, of q^3 Q^2, and of both cores with C = 1.
 constexpr double halo_volume = 64 * std::numbers::pi / 315;
 constexpr double cavity_volume = 64 * std::numbers::pi / 455;
 constexpr double cores_volume = (1 + double{second_core}) * double{core_radius} *
@@ -46,7 +48,7 @@ constexpr double clump_reach(double irregularity) {
   return 1 + irregularity * (double{wide_bend.height} + double{narrow_bend.height});
 }
 
-/// What a hash says about the shape of one clump.
+/// The shape of one clump, from the bytes of a hash.
 struct ClumpShape {
   explicit constexpr ClumpShape(std::uint32_t word)
       : phase{part(word, 0), part(word, 1), part(word, 2), part(word, 3)},
@@ -63,7 +65,8 @@ struct ClumpShape {
   float tilt[2];   ///< e
 };
 
-// Half the range of a clump's random number, relative to the occupancy, in which it fades.
+// A clump fades while its random number is within this share of the occupancy, on either side of
+// it.
 constexpr float fade_range = 0.3f;
 
 // Largest occupancy of cells; above it clumps become brighter.
@@ -106,8 +109,9 @@ struct SurfaceDensity {
 void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
                      const float* footprints, const float* before, float* out);
 
-/// Adds share seen (C - 1) to `sum`. C is the light of the level's clumps relative to its mean;
-/// `complexes` is the part of the octaves that decides which cells are occupied.
+/// Adds level.share times (C - 1), times the share of it that the footprint resolves, to `sum`. C
+/// is the light of the level's clumps relative to its mean; `complexes` is the part of the octaves
+/// that decides which cells are occupied.
 void add_clumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
                 const float* complexes, const float* footprints, float* sum);
 

@@ -16,8 +16,8 @@
 namespace gamer {
 namespace {
 
-// Number of points of the cloud for the mean of the octaves, and the margin on the number that its
-// error asks for.
+// Number of points of the first cloud for the mean of the octaves, and the margin on the number
+// that the wanted error requires.
 constexpr std::size_t first_points = std::size_t{1} << 13;
 constexpr double points_margin = 1.5;
 // The chance error of a level that counts by its mean, relative to the whole error. It is that of
@@ -27,13 +27,13 @@ constexpr double clump_spread = 2;
 // Largest number of cells of a level whose clumps are looked for. Levels of more cells, with clumps
 // below a thousandth of the galaxy, count by their mean.
 constexpr double most_cells = 1 << 24;
-// Among so many pairs of points two are in the halo and one is in each core.
+// Number of pairs of points in a round: two pairs are in the halo and one is in each core.
 constexpr std::size_t pairs_of_parts = 4;
 // Fewest and most points of a clump.
 constexpr std::size_t fewest_points = 16;
 constexpr std::size_t most_clump_points = 256;
-// A clump is kept if its random number is below so many times the occupancy at its centre. The
-// octaves vary across a clump, hence the margin.
+// A clump is kept if its random number is below this factor times the occupancy at its centre. The
+// factor is a margin, since the octaves vary across a clump.
 constexpr double occupancy_margin = 4;
 // Number of clumps whose sums are held at one time.
 constexpr std::size_t clumps_at_a_time = std::size_t{1} << 13;
@@ -96,8 +96,9 @@ double wave(double x) {
   return f * (8 - 16 * std::abs(f));
 }
 
-/// The n-th of the points of a clump, in its radii along the lattice's axes. Among four pairs of
-/// points two are in the halo and one in each core, so that a point has the light of several.
+/// The n-th of the points of a clump, in its radii along the lattice's axes. Two of four pairs of
+/// points are in the halo and one is in each core. A point's light is therefore multiplied by 2 or
+/// 4.
 Offset place_in_clump(const ClumpLevel& level, const Clump& clump, std::size_t n, Offset at) {
   const ClumpShape& shape = clump.shape;
   const std::size_t part = n / 2 % pairs_of_parts;
@@ -127,8 +128,8 @@ Offset place_in_clump(const ClumpLevel& level, const Clump& clump, std::size_t n
 
 using OctaveArrays = AssociationTexture::OctaveArrays;
 
-/// The means for rays of several footprints. What does not depend on the footprint is worked out
-/// once: clumps, noise and density. The mean for a footprint does not depend on the others.
+/// The means for rays of several footprints. Clumps, noise and density do not depend on the
+/// footprint, and are computed once. The mean for a footprint does not depend on the others.
 class Means {
  public:
   Means(const AssociationTexture& texture, const AssociationLayer& layer,
@@ -177,7 +178,7 @@ class Means {
     return std::clamp(2 * pairs_of_parts * parts, fewest_points, most_clump_points);
   }
 
-  /// <M>, to the error that the share of light outside the clumps seen asks for.
+  /// <M>, with an error that suits the share of the light by which it is multiplied.
   std::vector<double> means_of_octaves() const {
     const std::size_t first = std::min(first_points, layer_.most_points);
     std::vector<std::size_t> all(widths_.size());

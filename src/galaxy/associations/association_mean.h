@@ -24,10 +24,10 @@ struct AssociationLayer {
 /// with relative errors of about `errors`:
 ///   <Phi>/scale = (1 - sum_l s_l) <M> + sum_l s_l <M C_l>.
 /// Such rays see the share s_l of the light in clumps of level l. C_l is the light of these clumps,
-/// relative to its mean. <M> is a mean over a cloud of points. A cloud would miss
-/// the few brightest clumps. <M C_l> is therefore a sum over all clumps: the light of each, times
-/// the mean of density and M over points that follow its profile. Levels of so many clumps that
-/// their chance counts for little have <M C_l> = <M>.
+/// relative to its mean. <M> is a mean over a cloud of points. A cloud would miss the few brightest
+/// clumps. <M C_l> is therefore a sum over all clumps: the light of each, times the mean of density
+/// and M over points that follow its profile. Levels with so many clumps that chance hardly changes
+/// their sum have <M C_l> = <M>.
 std::vector<double> association_means(const AssociationTexture& texture,
                                       const AssociationLayer& layer,
                                       std::span<const double> footprints,

@@ -38,8 +38,8 @@ constexpr std::uint64_t size_step = 0x9E3779B97F4A7C15u;
 // which cells of a level are occupied, in diameters of its largest clump.
 constexpr double complex_wavelength = 2;
 constexpr double shortest_wavelength = 4;
-// Share of the layer's light, about the plane, whose heights clumps have. Clumps further out would
-// be few and, relative to the envelope, very bright.
+// Share of the layer's light, the part next to the plane, over whose heights clumps are spread.
+// Clumps further out would be few and, relative to the envelope, very bright.
 constexpr double layer_share = 0.96;
 
 // Offsets of lattices, cells.
@@ -60,7 +60,7 @@ double power_quantile(double power, double least, double most, double u) {
   return std::pow(low + u * (high - low), 1 / (power + 1));
 }
 
-/// The copy of a density that all textures of equal ones share.
+/// The one copy of a density, which all textures with equal densities share.
 std::shared_ptr<const SurfaceDensity> one_copy(SurfaceDensity density) {
   static std::mutex mutex;
   static std::map<std::uint64_t, std::weak_ptr<const SurfaceDensity>> copies;
@@ -280,7 +280,7 @@ void AssociationTexture::add_level(double least, double most) {
     const double share = p.cores * (1 - age);
     const double z = z0_ * std::atanh(layer_share * (2 * u[0] - 1)) +
                      double{core_radius} * radius * unit_heights()[k];
-    // The height of a part of this volume, radius and cavity that emits this share.
+    // The amplitude H or C with which this part of the clump emits its share of the light.
     const auto height = [&](double part, double volume, double size_of_part, double depth) {
       return static_cast<float>(
           part * light[k] / mean * cell * cell * 2 * z0_ /

@@ -39,31 +39,33 @@ struct AssociationParameters {
   void apply(const ParameterSet& values);
 };
 
-/// The texture of young stars: clumps whose luminosities have the distribution dN/dL ~ L^-a between
-/// cut-offs, of diameters D ~ L^(1/size_exponent), in complexes.
+/// The texture of young stars: clumps that gather in complexes. Their luminosities have the
+/// distribution dN/dL ~ L^-a between cut-offs, and their diameters are D ~ L^(1/size_exponent).
 ///
-/// Clumps are grouped in levels l, within each of which diameters differ by at most 2. A level has
-/// a square lattice whose cells are as large as its largest clump, turned by an angle of its own. A
-/// cell's hash gives a place within the cell, a number u in [0, 1), one of clump_count clumps, and
-/// its shape (association_kernel.h). The clumps are quantiles of the level's luminosities, with
-/// heights z_k above the plane, radii R_k and ages. Old clumps have fainter cores and deeper
-/// cavities. Ages beyond age_range fade, so that components of equal seeds and different ranges
-/// show the same clumps at several ages. A clump of profile K_k is there where u < p_k; p_k is the
-/// surface density of clumps at its centre, times the cell's area. Within u = p_k (1 +- fade_range)
-/// it fades. The density is that of the layer times M_l, a product of octaves (multiply_octave())
-/// whose mean is 1. These octaves are longer than four of the level's largest
-/// diameters, and M_l is at least least_complexes. With M the product of all octaves,
+/// Clumps are grouped in levels l, within each of which diameters differ by at most a factor of 2.
+/// A level has a square lattice, turned by an angle of its own, whose cells are as large as its
+/// largest clump. A cell's hash gives a place within the cell, a number u in [0, 1), one of
+/// clump_count clumps, and its shape (association_kernel.h). The clumps are quantiles of the
+/// level's luminosities, with heights z_k above the plane, radii R_k and ages. Old clumps have
+/// fainter cores and deeper cavities. Ages beyond age_range fade, so that components of equal seeds
+/// and different ranges show the same clumps at several ages. A clump of profile K_k exists where u
+/// < p_k; p_k is the surface density of clumps at its centre, times the cell's area. Its weight w_k
+/// falls from 1 at u = p_k (1 - fade_range) to 0 at u = p_k (1 + fade_range). The density is that
+/// of the layer times M_l, a product of octaves (multiply_octave()) whose mean is 1. These octaves
+/// are longer than four of the level's largest diameters, and M_l is at least least_complexes. With
+/// M the product of all octaves,
 ///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p_k - 1)).
-/// The heights follow sech^2(z/z0) convolved with a core, without the layer's edge. The heights of
-/// halo and cores make each clump emit its luminosity exactly, without octaves below its size. The
-/// mean of Phi over all seeds and heights is thus 1 at every (x, y). `diffuse` is the share of the
-/// light outside clumps.
+/// The heights z_k follow sech^2(z/z0) convolved with a core, without the layer's edge. The
+/// amplitudes of halo and cores make each clump emit exactly its luminosity, apart from octaves
+/// below its size. The mean of Phi over all seeds and heights is thus 1 at every (x, y). `diffuse`
+/// is the share of the light outside clumps.
 ///
 /// A ray of footprint w sees a share of a level and of an octave, as in FractalNoise; the rest
 /// counts by its mean.
 class AssociationTexture : public ScaledTexture {
  public:
-  /// `density` is the layer's surface density, of any scale, and `z0` its height.
+  /// `density` is the layer's surface density, up to a factor, and `z0` is the layer's scale
+  /// height.
   AssociationTexture(const AssociationParameters& parameters, SurfaceDensity density, double z0);
   /// A texture with equal parameters, but for the seed.
   AssociationTexture(const AssociationTexture& twin, std::uint64_t seed);

@@ -14,7 +14,7 @@ namespace {
 
 // Numbers of rays, and of points on face-on rays, on which the transmission of dust is measured.
 constexpr std::size_t coherence_rays = std::size_t{1} << 12;
-// Where clouds have fewer points than this, so many rays suffice.
+// Where clouds have fewer than coarse_points points, coarse_rays rays suffice.
 constexpr std::size_t coarse_points = std::size_t{1} << 13;
 constexpr std::size_t coarse_rays = std::size_t{1} << 11;
 constexpr double coherence_heights = 10;
@@ -108,8 +108,8 @@ double DustRays::mean(const std::vector<BatchArray>& values, bool by_light, Term
   return all.term / all.weight;
 }
 
-/// The light behind places in the plane, of a galaxy seen face-on: half of the components' columns.
-/// For component c of a coarse measurement it is light that follows the dust.
+/// Adds the light behind places in the plane of a galaxy seen face-on, half of the components'
+/// columns. A coarse measurement of component c takes light that follows the dust instead.
 void add_light(const Galaxy& galaxy, std::size_t c, WeightedBatch& at, BatchArray& light) {
   const Component* const dust = galaxy.components()[c].get();
   const bool is_coarse = is_coarse_closure(galaxy);
@@ -133,7 +133,7 @@ void add_light(const Galaxy& galaxy, std::size_t c, WeightedBatch& at, BatchArra
   std::fill_n(at.z.data(), batch_capacity, 0.0f);
 }
 
-/// Directions in the plane, every one.
+/// Directions in the plane that are spread evenly over all azimuths.
 struct Directions {
   BatchArray x, y;
   Directions() {

@@ -15,7 +15,8 @@ struct DustClosureValues {
   std::vector<double> amounts;
 };
 
-/// Ratio of successive footprints at which the closure is measured, and the largest.
+/// Ratio of successive footprints at which the closure is measured, and the largest of these
+/// footprints.
 inline constexpr double closure_footprint_ratio = std::numbers::sqrt3;
 inline constexpr double largest_closure_footprint = 1.0 / 9;
 
@@ -25,9 +26,9 @@ inline constexpr double largest_closure_footprint = 1.0 / 9;
 bool is_coarse_closure(const Galaxy& galaxy);
 
 /// Measures the closure of component c, which absorbs, for rays of one of DustClosure::obliquities
-/// and the given widths. This traces rays through the whole texture and through the texture that
-/// each width sees. The variance of the coherent part is chosen so that both transmit equal light.
-/// The galaxy's means of textures must have been measured.
+/// and the given widths. The measurement traces rays through the whole texture and through the
+/// texture that each width sees. The variance of the coherent part is chosen so that both transmit
+/// equal light. The galaxy's means of textures must have been measured.
 DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std::size_t obliquity,
                                        std::span<const double> widths);
 

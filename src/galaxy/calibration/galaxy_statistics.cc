@@ -21,10 +21,10 @@ namespace {
 // Number of points over which a texture's statistics are first taken. If independent points would
 // need more for a mean with Accuracy::mean_error, the mean is taken over a larger cloud, up to the
 // settings' limit. Few points show the need only roughly, so the larger cloud has a minimum size
-// and a margin. A component with a share f of the light may have f^(-1/2) times that error.
-// Together the errors are then this share of the galaxy's light.
+// and a margin. A component with a share f of the light may have f^(-1/2) times that error. The
+// errors of all components together are then Accuracy::mean_error of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 13;
-// Ratio of this number to that where a rough mean suffices.
+// Divisor of first_cloud where a rough mean suffices.
 constexpr std::size_t rough = 8;
 constexpr double least_larger_cloud = 1 << 15;
 constexpr double cloud_margin = 1.5;
@@ -97,7 +97,7 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
   for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     const Component& component = component_at(c);
     if (!component.absorbs()) light_ += galaxy_.luminosity(c);
-    // Every component has a part in this round, so that all processes agree.
+    // Every component has a part in this round, so that all processes have equal parts.
     const Texture* texture = component.texture();
     if (texture == nullptr) continue;
     of(Round::textures).push_back({c, 0, 0});

@@ -36,7 +36,8 @@ class SeenTextures {
   /// The expectation of a component's Phi for each width.
   static void expect(const Component& component, const Points& points, const BatchArray& shear,
                      std::span<const double> widths, std::span<BatchArray> out);
-  /// The points turned back by the twirl of the component that c follows, instead of c's.
+  /// Points turned back by the twirl of the component that c follows, from points turned back by
+  /// c's own twirl. The arrays x, y, z hold the result.
   Points turn_to_followed(std::size_t c, const Points& points, BatchArray& x, BatchArray& y,
                           BatchArray& z) const;
 

@@ -176,7 +176,8 @@ double Bar::column(double u, double v) const {
 }
 
 double Bar::integral_of_body() const {
-  // In directions of the plane of u and v, where a point at the distance q has m = q M.
+  // Gauss' rule over directions in the plane of u and v. A point at the distance q has m = q M
+  // there.
   using Directions = boost::math::quadrature::gauss<double, 20>;
   using Radii = boost::math::quadrature::gauss<double, 20>;
   const double w = shape_.cut;
@@ -304,13 +305,15 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
   const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
   const double above = std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
   if (above - reach > seen_heights * highest_) return {};
-  // The distance in units of a and b where the ray is next to the axis; m is above 0.84 times it.
+  // The ray's least distance from the axis, in units of a and b; m is above 0.84 times this
+  // distance.
   const double dd = d[0] * d[0] + d[1] * d[1];
   const double axis = dd > 0 ? -(o[0] * d[0] + o[1] * d[1]) / dd : 0.0;
   const double closest = length(o[0] + axis * d[0], o[1] + axis * d[1]);
   const double end = std::max(1 + seen_cuts * shape_.cut, shape_.ansae > 0 ? seen_ansae : 0.0);
   if (least_metric * closest - reach / b > end) return {};
-  // The metric where the ray meets the plane, or else there.
+  // The metric where the ray meets the plane within the ball, or else where it is closest to the
+  // axis.
   double place = axis;
   if (d[2] != 0) {
     const double plane = -o[2] / d[2];

@@ -25,8 +25,8 @@ struct BarShape {
 ///   envelope = S (z0/h) sech^2(z/h), times the taper,
 ///   S = exp(-k m^(1/n))/(1 + exp((m - 1)/w)) + F exp(-((|u| - 0.85)/0.07)^2/2 - (v/0.4)^2/2),
 ///   h = z0 (1 + P (exp(-((u - x_P)/s_P)^2/2) + exp(-((u + x_P)/s_P)^2/2))).
-/// Its light ends at m = 1, within some w. From the side the height h makes the bar boxy or shaped
-/// like a peanut. It does not change the column face on. F adds ansae.
+/// The light ends within some w of m = 1. Seen from the side, the height h makes the bar boxy or
+/// shaped like a peanut. The column seen face on does not depend on h. The term of F adds ansae.
 class Bar : public Component {
  public:
   explicit Bar(const BarShape& shape);
@@ -48,10 +48,10 @@ class Bar : public Component {
   double body(double m) const;
   double height(double u) const;
   /// About the largest value of the envelope along a ray and its neighbours within `reach`, as a
-  /// share of its peak. The ray is in coordinates (u, v, z). It passes the
-  /// centre at `distance`.
+  /// share of its peak. The ray o + t d is in coordinates (u, v, z) and passes the centre at
+  /// `distance`.
   double brightness(const double o[3], const double d[3], double distance, double reach) const;
-  /// Integral of the envelope along z at a place in the plane, over S.
+  /// Integral of the envelope along z at a place in the plane, divided by S.
   double column(double u, double v) const;
   double integral_of_body() const;
   double integral_of_ansae() const;

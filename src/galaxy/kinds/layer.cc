@@ -24,16 +24,16 @@ namespace gamer {
 namespace {
 
 struct LayerKernelInput {
-  float z_factor;  ///< -2/z0, over ln 2
+  float z_factor;  ///< -2/(z0 ln 2)
   RadialConstants law;
-  float flare;  ///< over ln 2
+  float flare;  ///< flare/ln 2
   float lopsidedness, lopsided_angle;
   float inverse_inner;  ///< 1/inner, or 0 for no hole
   float arm_width;      ///< 0 for no arms
   float shift;
   bool even;  ///< arms at equal angles
   float arm_count;
-  const double* offsets;  ///< of uneven arms
+  const double* offsets;  ///< offsets of uneven arms
   std::size_t offset_count;
   ArmFactorInput courses;  ///< without a table for arms that are alike
 };

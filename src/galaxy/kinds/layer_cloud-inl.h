@@ -22,7 +22,8 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Points of the cloud from index `first` on: r, phi, and the weight that the placing gives them.
+/// Draws the points of the cloud from index `first` on: r, phi, and the weight that the placing
+/// gives them.
 void DrawCloud(const CloudInput& in, std::size_t first, SampleBatch& batch, BatchArray& share,
                BatchArray& weight) {
   const hn::ScalableTag<float> d;
@@ -71,7 +72,7 @@ void DrawCloud(const CloudInput& in, std::size_t first, SampleBatch& batch, Batc
   }
 }
 
-/// z = z0 atanh(v), and x, y turned back by the twirl.
+/// Places points at z = z0 atanh(v), with x and y turned back by the twirl.
 void PlaceCloud(const SampleBatch& batch, const BatchArray& v, const CloudInput& in,
                 WeightedBatch& points, BatchArray& taper) {
   const hn::ScalableTag<float> d;

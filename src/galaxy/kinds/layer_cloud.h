@@ -7,7 +7,7 @@ namespace gamer {
 /// The cells of a cloud in a layer: radial x azimuthal x vertical, counted along z first.
 struct CloudInput {
   float radial, azimuthal, vertical;
-  const float* node_radius;  ///< of cloud_nodes + 1 equal steps of the light inside
+  const float* node_radius;  ///< m with the share k/cloud_nodes of the light inside
   float z0;
   float flare;
   float twirl;

@@ -1,4 +1,5 @@
-// What the march along rays needs to know of a layer: lengths over which it changes, and nodes.
+// The functions of a layer for the march along rays: lengths over which the layer changes, and
+// nodes.
 
 #include <algorithm>
 #include <cmath>
@@ -57,8 +58,8 @@ constexpr double nodes_per_ring_width = 1.2;
 /// `along` and `across` are the scale lengths and heights that the ray passes per unit of length.
 double brightest_shift(double along, double across) { return 0.5 * along / (across * across); }
 
-/// The distance from the axis at which a ray meets the plane. If the ray meets the plane outside
-/// the ball, the distance is that of its closest approach to the axis.
+/// The distance from the axis at which a ray meets the plane. For a ray that meets the plane
+/// outside the ball, it is the distance at the closest approach to the axis.
 double plane_radius(const double nearest[3], const double direction[3]) {
   const double along = nearest[2] / direction[2];
   const double x = nearest[0] - along * direction[0], y = nearest[1] - along * direction[1];

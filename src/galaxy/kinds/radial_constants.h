@@ -28,12 +28,12 @@ struct RadialConstants {
   }
 
   bool is_round = true, is_ring = false, is_broken = false;
-  float slope = 0;   ///< -1/rh, over ln 2
+  float slope = 0;   ///< -1/(rh ln 2)
   float radius = 0;  ///< of the ring or the break
   float inner_rate = 0, outer_rate = 0;
   float sharpness = 0;
-  float change = 0;  ///< (1/rh - 1/rh_o)/s, over ln 2
-  float start = 0;   ///< the same times -ln(1 + e^(-s b))
+  float change = 0;  ///< (1/rh - 1/rh_o)/(s ln 2)
+  float start = 0;   ///< `change` times -ln(1 + e^(-s b))
   float inverse_axis_ratio = 1, position_angle = 0;
 };
 

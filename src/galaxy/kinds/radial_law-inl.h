@@ -29,7 +29,7 @@ HWY_INLINE V EllipseRadius(D d, V r, V azimuth, const RadialConstants& law) {
 }
 
 /// The binary logarithm of RadialLaw's f, without the hole; its absolute error is below 3e-7 (1 +
-/// |it|) for an exact m.
+/// |log2 f|) for an exact m.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V RadialExponent(D d, V m, const RadialConstants& law) {
   if (law.is_ring) {

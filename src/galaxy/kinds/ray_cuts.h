@@ -43,8 +43,9 @@ class NeighbourBound {
     neighbours = d[2] != 0 ? rise / std::abs(d[2]) : 0.0;
   }
 
-  /// The largest of bound(t0, t1) over pieces of the way from where a neighbour meets the plane to
-  /// the axis. t0 is a piece's end next to the plane. Pieces end at 1, 2, 4 and 8 times `step`.
+  /// The largest of bound(t0, t1) over pieces of the way from the plane, where a neighbour meets
+  /// it, to the axis. Each piece goes from t0 to t1. Pieces end 1, 2, 4 and 8 times `step` from the
+  /// plane.
   template <class Bound>
   double largest(double step, const Bound& bound) const {
     const double begin =
@@ -60,10 +61,10 @@ class NeighbourBound {
   }
 
   double far;         ///< largest |t| in the ball
-  double axis;        ///< t next to the axis, in the ball
+  double axis;        ///< t in the ball closest to the axis
   double plane;       ///< t in the plane
-  double rise;        ///< by so much a neighbour is nearer to the plane
-  double neighbours;  ///< by so much a neighbour's t in the plane differs
+  double rise;        ///< how much nearer to the plane a neighbour may be
+  double neighbours;  ///< how much t in the plane may differ for a neighbour
 };
 
 }  // namespace gamer

@@ -23,7 +23,7 @@ class WarpedRay {
     double slope;      ///< |d height/dt|
     double curvature;  ///< |d^2 height/dt^2|
   };
-  /// All passes that take more than two steps apart.
+  /// All passes. Where passes are within two steps of each other, some may be missing.
   std::vector<Pass> passes() const;
 
   double t_at(int i) const { return begin_ + step_ * i; }

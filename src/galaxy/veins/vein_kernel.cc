@@ -90,7 +90,8 @@ HWY_INLINE LatticePoint<V> MapPoint(D d, V s, V turns, V inverse_radius, V z, co
           hn::Mul(height, inverse_radius)};
 }
 
-/// An octave of Perlin noise on a helical lattice, or on any where points may have periods in y.
+/// An octave of Perlin noise on a helical lattice or, with `cycles`, on a lattice that may also
+/// have a period in y.
 template <bool cycles>
 class HelicalOctave {
  public:
@@ -193,8 +194,8 @@ struct VeinProfile {
   float kappa, y, mean, square;
 };
 
-/// The Gaussian at x, widened by `more` where `is_widened`. A widened one keeps its mean; `hidden`
-/// becomes the variance that it loses where `is_coherent`.
+/// The Gaussian at x, widened by `more` where `is_widened`. A widened Gaussian keeps its mean.
+/// Where `is_coherent`, `hidden` becomes the variance that the Gaussian loses.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Gaussian(D d, V x, V more, const VeinProfile& in, bool is_widened, bool is_coherent,
                       V& hidden) {
@@ -225,8 +226,8 @@ HWY_INLINE SpurPlace<V> PlaceSpur(D d, V k, V away, V turns, V ratio, V v, V bar
                                   const VeinInput& in) {
   const hn::RebindToUnsigned<D> du;
   const V one = hn::Set(d, 1.0f);
-  // Number of turns after which arm m is arm k. A decrease of the azimuth by one turn increases it
-  // by one.
+  // Number of turns after which arm m is arm k. The number increases by one where the azimuth
+  // decreases by a turn.
   const V around = hn::Floor(hn::Mul(hn::Add(k, hn::Set(d, 0.5f)), hn::Set(d, in.inverse_count)));
   const V m = hn::NegMulAdd(around, hn::Set(d, in.count), k);
   const V arm_turns = hn::MulAdd(m, hn::Set(d, in.inverse_count), hn::Add(turns, around));
@@ -247,8 +248,8 @@ HWY_INLINE SpurPlace<V> PlaceSpur(D d, V k, V away, V turns, V ratio, V v, V bar
   return {t, hn::Mul(hn::Mul(fade, bar), hn::Mul(vigour, hn::Set(d, in.strength)))};
 }
 
-/// The widening of a spur, from those of structure of gradient 1: by the footprint (`spread`) and
-/// by the rest of the displacement.
+/// The widening of a spur, as a variance. `spread` and `rest` are the variances for structure of
+/// gradient 1 from the footprint and from the hidden displacement.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V SpurWidening(D d, V away, V ratio, V spread, V rest, const VeinInput& in) {
   const V steepness =

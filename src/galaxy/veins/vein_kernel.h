@@ -24,7 +24,8 @@ struct SeenInput {
   bool helical;
 };
 
-/// A HelicalMap, and the height in its cells; the grids of x and y.
+/// A HelicalMap for kernels. `z_slope` turns z/r to cells. `x_magic` and `y_magic` are grid_magic()
+/// of x and y.
 struct MapInput {
   float x_slope, y_slope, z_slope;
   float p, q;

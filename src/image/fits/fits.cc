@@ -118,7 +118,7 @@ class FitsLayout {
     return face != nullptr ? face->label + "_" + header_.labels[first] : header_.labels[first];
   }
 
-  /// What the header of the HDU with the planes [first, first + count) says.
+  /// The content of the header of the HDU with the planes [first, first + count).
   ImageHdu hdu_of(int face_number, int first, int count) const {
     ImageHdu hdu{{}, common_, nullptr, first, count, {}};
     if (!header_.faces.empty()) hdu.face = &header_.faces[face_number];

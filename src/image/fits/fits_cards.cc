@@ -16,7 +16,7 @@ namespace {
 
 /// First column of a text table: number of the line in the other columns.
 constexpr const char* line_column = "LINE";
-/// Its value in rows that continue a line.
+/// Value of column LINE in rows that continue a line.
 constexpr int continued_line = 0;
 /// Longer lines are cut into pieces of so many bytes, which keeps columns narrow. CFITSIO allows no
 /// column wider than 28799.

@@ -41,8 +41,8 @@ void reserve_checksum(FitsFile& file);
 std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG first,
                                          LONGLONG count);
 
-/// These append a binary table HDU; `common` cards come first. gamer/image/fits.h describes the
-/// format.
+/// Both functions append a binary table HDU; `common` cards come first. gamer/image/fits.h
+/// describes the format.
 void write_data_table(FitsFile& file, const DataTable& table, const std::vector<Card>& common);
 void write_text_table(FitsFile& file, const TextTable& table, const std::vector<Card>& common);
 

@@ -43,9 +43,9 @@ class FitsFile {
   /// A string value of the current header; "" for none.
   std::string text(const std::string& key);
 
-  /// Fails unless the current HDU's data are in the file (`bytes` of them if it is an image).
-  /// Otherwise a small file could ask for any amount of memory. The fill of the last record may be
-  /// missing, unless `with_fill`.
+  /// Fails unless the file is long enough for the current HDU's data, which are `bytes` long in an
+  /// image. Without this check a small file could ask for any amount of memory. The fill of the
+  /// last record may be missing, unless `with_fill`.
   void check_data(double bytes, bool with_fill = false);
   /// Fails where the current HDU's DATASUM or CHECKSUM is wrong. Reads the whole HDU, piece by
   /// piece.

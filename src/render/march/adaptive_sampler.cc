@@ -251,8 +251,8 @@ void AdaptiveSampler::integrate_pieces(AdaptiveWorkspace& ws) const {
   ws.no_variants.assign(level.segment.size(), 0);
   static constexpr double alone[] = {1.0};
   for (std::size_t v = level.variants; v-- > 0;) {
-    // A piece without variants has one result: the last pass counts, which is that of the first
-    // variant.
+    // A piece without variants has one result. The last pass is that of the first variant, and sets
+    // this result.
     ws.result.clear();
     for (std::size_t i = 0; i < level.segment.size(); ++i) {
       const auto shift = level.has_variants[i] != 0 ? static_cast<std::int32_t>(v) : 0;

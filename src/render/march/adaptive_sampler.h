@@ -58,13 +58,13 @@ class AdaptiveSampler : public Sampler {
   void merge(SegmentLevel& known, AdaptiveWorkspace& ws) const;
   void evaluate(std::span<const std::span<const Hit>> hits, SegmentLevel& level,
                 AdaptiveWorkspace& ws, RenderCounts& counts) const;
-  /// Integrates segments as means over their variants.
+  /// Integrates segments; dust that has variants counts by its mean over them.
   void integrate_segments_of(const SegmentLevel& level, bool is_first, AdaptiveWorkspace& ws) const;
   /// Integrates pieces for each variant.
   void integrate_pieces(AdaptiveWorkspace& ws) const;
   void integrate(const SegmentLevel& level, std::size_t variant, std::span<const double> weights,
                  const std::uint8_t* has_variants, bool is_first, AdaptiveWorkspace& ws) const;
-  /// The brightness in units of which a segment has its light.
+  /// The unit of a segment's light, a brightness.
   double unit_of(const Segment& segment, const AdaptiveWorkspace& ws) const;
   /// The largest Medium::typical_brightness() of hit galaxies, in units of the nearest galaxy.
   double typical_brightness(std::span<const Hit> hits, std::size_t s) const;
@@ -77,11 +77,11 @@ class AdaptiveSampler : public Sampler {
   /// Fills ws.errors by segment.
   Errors errors_of(std::span<const Hit> hits, std::int32_t first, std::size_t s,
                    AdaptiveWorkspace& ws) const;
-  /// Errors of a ray that seeks the optical depth.
+  /// Errors of the optical depth, for a ray whose optical depth decides the nodes.
   Errors depth_errors_of(std::int32_t first, std::size_t s, AdaptiveWorkspace& ws) const;
   /// Marks the segments of a ray that need more nodes, and returns whether there are any. A ray
-  /// whose error stays too large counts as unconverged. Then a limit kept a segment from more
-  /// nodes, or the segment was finished before segments in front of it became clearer.
+  /// whose error stays too large counts as unconverged. Either a limit kept a segment from more
+  /// nodes, or a finished segment gained weight when segments in front of it became clearer.
   bool judge(std::span<const Hit> hits, std::int32_t ray, AdaptiveWorkspace& ws,
              RenderCounts& counts) const;
   void sum_up(std::span<const std::span<const Hit>> hits, AdaptiveWorkspace& ws,

@@ -92,7 +92,7 @@ class LaneNodes {
     row_ = first_light_ + light_slots_;
   }
 
-  /// Vectors of memory that gather() needs.
+  /// Number of vectors of memory that gather() needs.
   std::size_t room() const { return window * row_; }
   /// Gathers the block that begins with this node, and the further nodes that it needs, into
   /// aligned memory.
@@ -141,9 +141,9 @@ class LaneNodes {
   HWY_INLINE hn::Mask<D> has(std::int32_t n) const {
     return hn::RebindMask(D(), hn::Lt(hn::Set(DI(), n), count_));
   }
-  /// ds; zero beyond a segment's last node.
+  /// The weight of node n, ds; zero beyond a segment's last node.
   HWY_INLINE V weight(std::int32_t n) const { return hn::Load(D(), place(n)); }
-  /// Opacity times weight.
+  /// Opacity of node n times its weight.
   HWY_INLINE V dust(std::int32_t n, std::size_t variant, std::size_t slot) const {
     return hn::Load(D(), place(n) + (1 + variant * dust_slots_ + slot) * hn::Lanes(D()));
   }
@@ -159,8 +159,8 @@ class LaneNodes {
   }
 
  private:
-  // Number of extra nodes that a rule by every fourth node needs: one step behind its last node,
-  // and at first its first four steps.
+  // Number of extra nodes that a rule by every fourth node needs. It needs one step behind its last
+  // node, and at the beginning its first four steps.
   static constexpr std::int32_t beyond = 4, at_first = 13;
   static constexpr std::int32_t window = block + beyond;
 
@@ -177,8 +177,8 @@ class LaneNodes {
     const VI last = hn::AndNot(hn::Set(di, side - 1), hn::Sub(count_, hn::Set(di, 1)));
     hn::Store(hn::Add(hn::Load(di, first_), hn::Min(hn::Set(di, n), last)), di, at_);
   }
-  /// The numbers of the lanes' nodes in a slot. The number is 0 for segments without the slot,
-  /// whose old values might be infinite.
+  /// How many nodes each lane has in a slot. The count is 0 for segments without the slot, whose
+  /// old values might be infinite.
   HWY_INLINE const std::int32_t* counts_in(std::size_t slot, VI own_slots) {
     if (have_same_slots_) return counts_;
     const DI di;
@@ -229,7 +229,7 @@ class LaneNodes {
   float* memory_ = nullptr;
   std::int32_t shortest_ = std::numeric_limits<std::int32_t>::max(), longest_ = 0, begin_ = 0;
   std::size_t light_slots_ = 0, dust_slots_ = 0, variants_ = 1;
-  std::size_t first_light_, row_;  ///< vectors index of the first light slot, and vectors of a node
+  std::size_t first_light_, row_;  ///< first light slot within a node, and size of a node, vectors
   bool any_open_ = false, any_open_end_ = false, any_variants_ = false, have_same_slots_ = true;
   hn::Mask<D> open_, open_end_, with_variants_;
   VI count_, cover_, own_light_slots_, own_dust_slots_;
@@ -304,7 +304,7 @@ class DepthMarch {
   float* memory_;
 };
 
-/// All dust of a vector of segments, in all variants, by every `stride`-th node.
+/// The dust of a vector of segments, in all variants, from every `stride`-th node.
 template <class D>
 class Absorption {
   using V = hn::Vec<D>;

@@ -19,7 +19,8 @@ namespace gamer {
 class NodeMap {
  public:
   void clear();
-  /// Adds a segment over [begin, end]; superfluous focuses are left out.
+  /// Adds a segment over [begin, end]. Each focus gets only the rate that focuses of higher rate do
+  /// not already give; focuses with little rate left are left out.
   void add(double begin, double end, std::span<const Focus> focuses);
   std::size_t size() const { return begin_.size(); }
   /// Computes lengths; call it when all segments are added.

@@ -21,7 +21,7 @@ struct SegmentNodes {
   const std::uint8_t* open;  ///< whether light and dust do not vanish at the segment's begin
   const std::uint8_t*
       open_end;  ///< whether they do not vanish at its end; it then has at most 65 nodes
-  const std::uint8_t* variants;  ///< whether the segment is the mean over variants of its dust
+  const std::uint8_t* variants;  ///< whether the integral is the mean over the variants of the dust
   const float* weight;           ///< [node] ds
   const float* const* light;     ///< [slot][node]
   const float* const* dust;      ///< [variant * dust_stride + slot][node]
@@ -29,7 +29,7 @@ struct SegmentNodes {
   std::span<const double> variant_weights;
 };
 
-/// The data of slots, for each cover.
+/// The data of the covers' slots.
 struct SegmentCovers {
   std::size_t covers;
   std::size_t nodes;                      ///< spectral
@@ -58,8 +58,8 @@ struct Steered {
     change = std::abs(better - value);
     value = better;
   }
-  /// Estimates the error. Doubling the nodes at best squares an error relative to `scale`, and
-  /// leaves texture_share of a texture's error. A smaller change is a coincidence.
+  /// Estimates the error. Doubling the nodes at best squares an error relative to `scale`. Of a
+  /// texture's error it leaves at least texture_share. A smaller change is a coincidence.
   double error(double scale, bool has_texture) const {
     const double earlier = double{earlier_change};
     const double least = has_texture ? texture_share * earlier : 0.0;

@@ -30,7 +30,7 @@ struct Segment {
   double origin;        ///< place on the ray where s = 0
   double step;          ///< distance between the nodes of a piece
   double first_step;    ///< largest distance of the first nodes, in units of the node map
-  bool open;            ///< whether it begins inside a galaxy
+  bool open;            ///< whether the ray begins inside it, as for a camera within a galaxy
   bool has_variants;    ///< see dust_variants.h
   bool has_texture;
   bool is_piece;
@@ -146,9 +146,9 @@ class Transmitted {
 /// A segment of a ray as the camera sees it, in one plane.
 struct SeenSegment {
   std::int32_t segment;
-  double units;   ///< of its light, relative to the units of the ray's first galaxy
-  double passed;  ///< transmission in front of it, times the units
-  double light;   ///< of all segments up to its end
+  double units;   ///< unit of its light, relative to that of the ray's first galaxy
+  double passed;  ///< transmission in front of it, times `units`
+  double light;   ///< light of all segments up to this one's end
 };
 
 /// Arrays of one thread, kept between calls.

@@ -19,7 +19,7 @@
 
 namespace gamer {
 
-/// The ball of a galaxy in the scene, for cells.
+/// The map from a galaxy's ball to the scene, for the cells of star fields.
 struct BallSpace {
   explicit BallSpace(const PlacedGalaxy& placed)
       : centre(placed.centre), from_ball(glm::inverse(placed.to_ball)) {
@@ -49,7 +49,7 @@ class TileSpace {
   struct Plane {
     glm::dvec3 inward;
     double offset;
-    double size;  ///< size of a cube of half side 1, along `inward`
+    double size;  ///< half the extent along `inward` of a cube of half side 1
   };
   std::optional<std::array<Plane, 4>> planes_;
 };
@@ -76,8 +76,8 @@ class NearTile {
 
   /// Whether stars of a cell with luminosities up to `brightest` may reach the tile.
   bool may_reach(const StarField::Cell& cell, double brightest) const;
-  /// The star of a candidate of a level of luminosity; nothing if it is too faint or does not reach
-  /// the tile.
+  /// The star of a candidate from the class `level` of the population; nothing if the star is too
+  /// faint or does not reach the tile.
   std::optional<Star> star(std::size_t level, const StarField::Candidate& candidate) const;
 
  private:
@@ -93,9 +93,9 @@ class NearTile {
   std::span<const std::optional<GalaxyIndex::Ball>> rays_;
   BallSpace space_;
   std::vector<TileSpace> spaces_;  ///< [class]
-  double light_;                   ///< as the constructor has it
-  /// The light of a star of flux 1 in the least pixel. Where no least area is known it is infinite,
-  /// so that all stars are of the last class.
+  double light_;                   ///< the constructor's `light`
+  /// The light of a star of flux 1 in the smallest pixel. This light is infinite where no least
+  /// area is known; all stars then belong to the last class.
   double most_light_;
 };
 

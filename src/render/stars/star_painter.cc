@@ -11,7 +11,7 @@
 
 namespace gamer {
 
-/// Candidates that are examined together, then the stars among them.
+/// Candidates that are examined together; later, the stars among them.
 struct StarPainter::Batch {
   struct Entry {
     glm::dvec3 place;  ///< in the scene
@@ -34,7 +34,7 @@ struct StarPainter::Batch {
     Hit hit;
     double most, least;            ///< extinction at the nodes of the basis
     std::int32_t intervals;        ///< number of intervals between the ends
-    double fine, coarse, coarser;  ///< column by all nodes, every second, every fourth
+    double fine, coarse, coarser;  ///< column by all nodes, every second and every fourth node
   };
   struct Place {
     std::size_t segment;
@@ -47,7 +47,7 @@ struct StarPainter::Batch {
   std::vector<std::int32_t> segments, first, count;
   std::vector<float> step, s, weight;
   std::vector<Place> places;
-  std::vector<double> between;  ///< [segment] integral over the added nodes
+  std::vector<double> between;  ///< [segment] integral over the nodes added last
   std::vector<double> depth;    ///< [entry * basis nodes + j]
   std::vector<double> flux, dust_free, mixed;
 

@@ -25,10 +25,10 @@ class CalibrationMemory {
   /// `numbers`, and zeros the rest.
   bool recall(const std::string& name, std::span<double> numbers);
   /// Keeps the numbers of a part; zeros at their end take no room. `is_measured` is false where the
-  /// numbers were known.
+  /// numbers were known, as those of a cache. The part then does not count in measured().
   void keep(const std::string& name, std::span<const double> numbers, bool is_measured = true);
 
-  /// Numbers of parts that were recalled, and that were kept after a measurement.
+  /// Number of recalled parts, and number of parts kept after a measurement.
   std::size_t recalled() const;
   std::size_t measured() const;
 
@@ -47,7 +47,8 @@ class CalibrationMemory {
   mutable std::mutex mutex_;
   std::size_t most_bytes_;
   std::size_t recalled_ = 0, measured_ = 0;
-  /// Parts that were used lately, and those that were not since `recent_` last became full.
+  /// `recent_` holds the parts used since it was last full. `older_` is the `recent_` of that time,
+  /// and is forgotten when `recent_` is full again.
   std::unique_ptr<Generation> recent_ = std::make_unique<Generation>();
   std::unique_ptr<Generation> older_ = std::make_unique<Generation>();
   std::size_t recent_bytes_ = 0;

@@ -15,11 +15,11 @@ namespace gamer {
 struct FootprintRange {
   double narrowest = 0;
   double widest = HUGE_VAL;
-  /// Whether something sees the whole texture, as drawn stars' light. Means are then as exact as if
-  /// each component were all of the galaxy's light.
+  /// Whether something resolves the whole texture, as the light of drawn stars does. Means are then
+  /// as exact as if each component were all of the galaxy's light.
   bool sees_whole = false;
-  /// Whether the mean of Phi over components that emit is needed. It is not where all rays of the
-  /// galaxy fix their light (PlacedGalaxy::light_factors).
+  /// Whether the mean of Phi over components that emit is needed. This mean is superfluous where
+  /// all rays of the galaxy together fix its light (PlacedGalaxy::light_factors).
   bool needs_light_means = true;
 
   bool covers(const FootprintRange& other) const {

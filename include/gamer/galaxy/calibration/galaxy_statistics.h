@@ -36,15 +36,16 @@ class GalaxyStatistics {
     textures,  ///< mean and deviation of sums of octaves, by component
     means,     ///< means of Phi over a few points, by component
     larger,    ///< means over the number of points that the error needs, by slices of a cloud
-    closure    ///< of a reference's dust, by obliquity; the largest Phi of star fields
+    closure    ///< closure of a reference's dust, by obliquity; largest Phi of star fields
   };
   static constexpr Round rounds[] = {Round::textures, Round::means, Round::larger, Round::closure};
 
-  /// Number of parts of a round whose predecessors are finished.
+  /// Number of parts of a round. All earlier rounds must be finished.
   std::size_t parts(Round round) const { return of(round).size(); }
   /// Index of the component to which a part belongs.
   std::size_t component(Round round, std::size_t part) const { return of(round)[part].component; }
-  /// What decides the results of a part. Parts of equal name have equal results, in any galaxy.
+  /// A text of all that decides the results of a part. Parts of equal name have equal results, in
+  /// any galaxy.
   std::string name(Round round, std::size_t part) const;
   /// Largest number of results of a part.
   std::size_t most_numbers() const { return most_numbers_; }
@@ -66,7 +67,7 @@ class GalaxyStatistics {
  private:
   struct Part {
     std::size_t component;
-    std::size_t index;  ///< index of a larger cloud, or of an obliquity of dust
+    std::size_t index;  ///< index in larger_, or in DustClosure::obliquities
     std::size_t slice;  ///< slice of the larger cloud
   };
   /// The mean of a component's Phi at a footprint.
@@ -100,13 +101,14 @@ class GalaxyStatistics {
   void plan_means();
   void plan_slices();
   /// The number of points that gives a mean the wanted error, if the first cloud's relative error
-  /// is `error`; 0 if the first cloud suffices. Powers of 2, so that means share clouds.
+  /// is `error`; 0 if the first cloud suffices. The number is a power of 2, so that means share
+  /// clouds.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
   /// The relative error that the mean of component c's Phi at this footprint may have.
   double wanted_error(std::size_t c, double footprint) const;
-  /// That error for Component::texture_means(), rounded down to a power of 2. Most changes of light
-  /// fractions thus measure nothing again.
+  /// wanted_error() for Component::texture_means(), rounded down to a power of 2. Most changes of
+  /// light fractions thus measure nothing again.
   double error_of_texture_mean(std::size_t c, double footprint) const;
   /// Component c's share of the galaxy's light; 1 for dust, and in galaxies with a star field.
   double share(std::size_t c) const;
@@ -142,7 +144,7 @@ class GalaxyStatistics {
 
   Galaxy& galaxy_;
   FootprintRange footprints_;
-  double light_ = 0;                                        ///< of the galaxy
+  double light_ = 0;                                        ///< light of the galaxy
   std::array<std::vector<Part>, std::size(rounds)> parts_;  ///< by round
   std::size_t most_numbers_ = 0;
   std::vector<bool> is_normalised_;  ///< for each component

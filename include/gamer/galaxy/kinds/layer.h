@@ -38,8 +38,8 @@ struct LayerShape {
 ///   h = z0 exp(flare r),   L = 1 + lopsidedness r cos(phi - lopsided_angle),
 /// where f(m) is that of RadialLaw, exp(-r/rh) by default, and Delta in [0, pi] is the angle to the
 /// nearest arm centre theta(r) + offset_i + delta. The lift l(r, phi) is that of LayerWarp. Arms
-/// with courses of their own have the factor F of ArmCourses instead of the last one. [GAMER Eqs.
-/// 11, 13, without hole, lift and taper]
+/// with courses of their own have the factor F of ArmCourses instead of the last factor. [GAMER
+/// Eqs. 11, 13, without hole, lift and taper]
 class Layer : public Component {
  public:
   /// Smallest scale height, limited by single precision of places along oblique rays. Columns at
@@ -124,7 +124,7 @@ class Layer : public Component {
   double log_peak_;         ///< ln of law_.peak()
   double texture_stretch_;  ///< largest stretch of the texture by the warp where it is bright
   mutable std::once_flag has_node_radius_;
-  mutable std::vector<float> node_radius_;  ///< of a cloud: quantiles of law_, once it is needed
+  mutable std::vector<float> node_radius_;  ///< quantiles of law_ for clouds, made once needed
 };
 
 }  // namespace gamer

@@ -51,8 +51,8 @@ class RadialLaw {
   double limit(double least) const;
   /// An upper bound of f, without the hole, between two radii r.
   double bound(double nearest, double farthest) const;
-  /// The m with the shares k/parts of the integral of m f inside, k = 0 ... parts, without the hole
-  /// and within end().
+  /// The m inside which the share k/parts of the integral of m f lies, k = 0 ... parts. The
+  /// integral goes up to end(), without the hole.
   std::vector<float> quantiles(int parts) const;
   /// End of integrals over f.
   double end() const { return end_; }

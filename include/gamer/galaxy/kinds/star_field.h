@@ -15,11 +15,11 @@ namespace gamer {
 /// luminosity, cell of space). No star is stored, but its place, luminosity and temperature never
 /// change.
 ///
-/// For each class the cube [-1, 1]^3 is halved along all axes until the bound of a cell's density
-/// gives few stars. The smallest cells get a Poisson number of uniformly placed candidates, with
-/// the mean of the bound. A candidate is a star where envelope Phi exceeds a uniform random share
-/// of the bound (thinning: Lewis & Shedler 1979). Stars thus follow the density within cells too,
-/// and cells leave no trace.
+/// For each class the cube [-1, 1]^3 is halved along all axes until an upper bound of the density
+/// in a cell gives few stars. The smallest cells get a Poisson number of uniformly placed
+/// candidates, whose mean is the bound times the cell's volume. A candidate is a star where
+/// envelope Phi exceeds a uniform random share of the bound (thinning: Lewis & Shedler 1979). Stars
+/// thus follow the density within cells too, and cells leave no trace.
 class StarField : public Layer {
  public:
   /// `twin` is a star field with equal parameters, but for the seed, or null.
@@ -70,7 +70,7 @@ class StarField : public Layer {
   }
   /// Luminosity of a candidate of class k, if it is a star.
   double luminosity(std::size_t k, const Candidate& candidate) const;
-  /// An upper bound of luminosity(), which is cheaper.
+  /// An upper bound of luminosity(), cheaper to compute.
   double luminosity_bound(std::size_t k, const Candidate& candidate) const;
   double temperature(double luminosity, const Candidate& candidate) const;
 
@@ -79,8 +79,8 @@ class StarField : public Layer {
 
  private:
   static constexpr int deepest = 48;
-  // Expected candidates in a cell, at most. More candidates leave larger cells with looser bounds.
-  // Another value moves all stars.
+  // Largest expected number of candidates in a cell. A larger number leaves larger cells with
+  // looser bounds. Another value moves all stars.
   static constexpr double most_candidates = 16;
 
   std::uint64_t key() const;
@@ -89,7 +89,7 @@ class StarField : public Layer {
                const Take& take) const;
   template <class Take>
   void fill(const Cell& cell, double expected, double bound, const Take& take) const;
-  /// The share of stars of its class that are fainter.
+  /// The share of the stars of the candidate's class that are fainter than it.
   static double luminosity_share(const Candidate& candidate);
   /// A Poisson variate by inversion.
   static int poisson(double mean, double u);

@@ -33,7 +33,8 @@ struct FitsHdu {
 /// their contents.
 class FitsInput {
  public:
-  /// Throws InputError for no such file, no FITS, truncation, or sizes that the file cannot hold.
+  /// Throws InputError for a file that is missing, is no FITS file or is truncated, and for sizes
+  /// that the file cannot hold.
   explicit FitsInput(const std::string& name);
 
   /// The file's name in messages.

@@ -17,13 +17,13 @@ namespace gamer {
 /// The stars of a scene's star fields, split into stars that an image draws individually and smooth
 /// light.
 ///
-/// A star of luminosity L at the distance d from the camera (1 in an orthographic view) has q =
-/// L/d^2. Its weight w(q) as a drawn point is 0 up to a limit q0 of its field and 1 from 4 q0 on,
-/// with the smoothstep in ln q between them. The rest, 1 - w, is part of the field's smooth light.
-/// At a distance d the smooth light's share of the emissivity is the mean of 1 - w(L/d^2), weighted
-/// with the population's light. Its spectrum is the corresponding mean. Points and smooth light
-/// together are thus, in expectation, the field's emissivity everywhere. Only q0 depends on pixels:
-/// the pixel with most stars above q0 expects `stars_per_pixel` of them.
+/// A star of luminosity L at the distance d from the camera (1 in an orthographic view) has the
+/// flux q = L/d^2. Its weight w(q) as a drawn point is 0 up to a limit q0 of its field and 1 from 4
+/// q0 on, with the smoothstep in ln q between them. The rest, 1 - w, is part of the field's smooth
+/// light. At a distance d the smooth light's share of the emissivity is the mean of 1 - w(L/d^2),
+/// weighted with the population's light. Its spectrum is the corresponding mean. Points and smooth
+/// light together are thus, in expectation, the field's emissivity everywhere. Only q0 depends on
+/// pixels: the pixel with most stars above q0 expects `stars_per_pixel` of them.
 class StarFields {
  public:
   /// A part of the smooth light, with the spectrum of the light at one distance. Parts of
@@ -36,8 +36,8 @@ class StarFields {
   };
   /// Distances at which shares are tabulated, several per octave; shares are linear in between. The
   /// bits of positive floats ascend with their values, so that a place on the scale is a difference
-  /// of bits. Its upper part is the index of a distance, and its lower part is the fraction of the
-  /// way to the next.
+  /// of bits. The upper bits of this difference are the index of a distance. Its lower bits are the
+  /// fraction of the way to the next distance.
   class DistanceScale {
    public:
     static constexpr int log2_values_per_octave = 5;
@@ -75,8 +75,8 @@ class StarFields {
              float* out) const;
   };
 
-  /// All stars are smooth light if `stars_per_pixel` is 0, and those of galaxies that draw none
-  /// (PlacedGalaxy::draws_stars).
+  /// All stars are smooth light if `stars_per_pixel` is 0. Stars of galaxies without
+  /// PlacedGalaxy::draws_stars are always smooth light.
   StarFields(const Scene& scene, const Camera& camera, double stars_per_pixel);
 
   bool empty() const { return fields_.empty(); }

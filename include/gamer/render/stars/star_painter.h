@@ -36,20 +36,20 @@ class StarPainter {
     double weight;       ///< w(q): the share of its light that is in `flux`
     double temperature;  ///< K; NaN where all stars of the field have one spectrum
   };
-  /// How much paint() finds out about each star. Places alone need no march through dust, and
-  /// leave fluxes empty.
+  /// How much paint() finds out about each star. `places` needs no march through dust, and leaves
+  /// fluxes empty.
   enum class Detail { places, light };
 
-  /// How far stars of a tile reach. A star's light is its largest flux of a plane times
-  /// `light_of_flux`, without dust. In `is_brightness` it is divided by the area of the star's
-  /// pixel.
+  /// How far the light of stars reaches, by its strength. A star's light is the largest of its
+  /// fluxes without dust, each times `light_of_flux`. With `is_brightness` this light is divided by
+  /// the area of the star's pixel.
   struct Reach {
-    /// Stars with at most this light add none beyond `margin` pixels. Classes ascend; the last has
-    /// all other stars.
+    /// Stars with at most this light add no light beyond `margin` pixels. Classes ascend by light.
+    /// The last class has all other stars.
     struct Class {
       double light, margin;
     };
-    /// Number of the class of a star.
+    /// Index of the class of a star with this light.
     std::size_t of(double light) const;
     std::vector<Class> classes;
     std::vector<double> light_of_flux;  ///< [plane]
@@ -75,7 +75,7 @@ class StarPainter {
     /// [grid temperature][plane * basis nodes + j]: SpectralBasis::weights(). There is one set if
     /// all stars share a spectrum.
     std::vector<std::vector<double>> weights;
-    std::vector<double> most;  ///< [plane] upper bound of the sum of weights
+    std::vector<double> most;  ///< [plane] upper bound of the sum of weights over the nodes
   };
   struct Batch;
 
@@ -95,7 +95,7 @@ class StarPainter {
   /// Measures the dust columns of the batch's lines; their steps are halved until the accuracy is
   /// met.
   void measure_columns(Batch& batch, RenderCounts& counts) const;
-  /// Adds the first nodes of the batch's segments, or the nodes half way between existing ones.
+  /// Adds the first nodes of the batch's segments, or nodes half way between the existing nodes.
   void add_nodes(Batch& batch, bool is_first, RenderCounts& counts) const;
 
   std::shared_ptr<const Scene> scene_;
