@@ -155,10 +155,11 @@ ParameterTable ArmPattern::table() {
   const ParameterTable law = {
       Parameter::choice("model", {"ringermacher-mead", "logarithmic", "none"}, "none",
                         "winding law of the arms"),
-      Parameter::number("winding_b", "", Interval::left_open(0, 100).usual_logarithmic(0.1, 5), 0.5,
-                        "W_B of ringermacher-mead: larger sweeps more, with a smaller bar"),
+      Parameter::number(
+          "winding_b", "", Interval::left_open(0, 100).usual_logarithmic(0.1, 5), 0.5,
+          "W_B of ringermacher-mead: a larger value sweeps the arms farther and shortens the bar"),
       Parameter::number("winding_n", "", Interval::left_open(0, 100).usual(0.5, 16), 4.0,
-                        "W_N of ringermacher-mead: larger winds tighter"),
+                        "W_N of ringermacher-mead: a larger value winds the arms tighter"),
       Parameter::number("pitch_angle", "deg", Interval::open(0, 90).usual(4, 60), 15.0,
                         "pitch angle p of logarithmic"),
       Parameter::number("scale", "galaxy radii",

@@ -52,8 +52,8 @@ const ConfigNode::Array& component_list(const ConfigNode& root, const std::strin
 
 ParameterTable Galaxy::table() {
   return {
-      Parameter::text("name", std::string(), "for people"),
-      Parameter::text("description", std::string(), "for people"),
+      Parameter::text("name", std::string(), "title of the galaxy in lists and pages"),
+      Parameter::text("description", std::string(), "one line about the galaxy, for lists"),
       Parameter::vector3("axis", "", Interval::left_open(0, 10).usual(0.2, 2),
                          std::vector<double>{1, 1, 1}, "stretch of the whole galaxy along x, y, z"),
       Parameter::text("solo", std::string(),

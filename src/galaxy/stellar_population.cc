@@ -133,9 +133,9 @@ ParameterTable StellarPopulation::parameters() {
                         "dN/dL ~ L^-slope (powerlaw)"),
       Parameter::number(
           "temperature", "K", Interval::closed(coldest, hottest).usual_logarithmic(3000, 30000),
-          5000.0, "temperature of stars of luminosity 1; not with a file that has temperatures"),
+          5000.0, "temperature of stars of luminosity 1; refused where the file has temperatures"),
       Parameter::number("temperature_slope", "", Interval::closed(-2, 2).usual(-0.2, 0.5), 0.05,
-                        "T ~ L^slope; not with a file that has temperatures"),
+                        "T ~ L^slope; refused where the file has temperatures"),
       Parameter::number("temperature_scatter", "dex", Interval::closed(0, 0.5), 0.13,
                         "standard deviation of log10 T at one luminosity"),
   };

@@ -195,7 +195,7 @@ int scale_file(const OperationCall& call) {
 
 Operation scale_operation() {
   return {.name = "scale",
-          .summary = "Multiply by a number and add one",
+          .summary = "Multiply by a number and add an offset",
           .description =
               "v' = factor v + offset. Without --unit the light changes and the unit stays. With "
               "--unit the light stays, and BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE "

@@ -181,7 +181,7 @@ Operation convolve_operation() {
                               "celestial coordinates from +y towards -x"}) +
               ParameterTable{Parameter::boolean(
                   "one_psf", false,
-                  "of a .psf file of PSFEx: its PSF at the middle of the image, everywhere")} +
+                  "for a .psf file of PSFEx: use its PSF at the middle of the image everywhere")} +
               declarations(convolution_keys),
           .example = "convolve --psf moffat --fwhm 3.5 --beta 3 in.fits out.fits",
           .run = run_convolve};

@@ -308,7 +308,7 @@ int run_compare(const OperationCall& call) {
 
 Operation compare_operation() {
   return {.name = "compare",
-          .summary = "Differences of two files of the same size; exit code 1 beyond a tolerance",
+          .summary = "Differences of two files with equal sizes; exit code 1 beyond a tolerance",
           .description =
               "For each plane of the files a (first) and b the table gives the largest |b - a|, "
               "its place, and the rms of b - a. They are also given relative to the largest |a| "

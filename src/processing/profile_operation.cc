@@ -257,11 +257,12 @@ Operation profile_operation() {
           "these ellipses. surface_brightness and magnitude need MAGZERO, and the former celestial "
           "coordinates; colour is the first plane's surface brightness less the plane's, in "
           "magnitudes. flux is the sum within the ellipse, with exact fractions of pixels. fitted "
-          "says whether the shape was found; where the light is too faint for it, that of the "
-          "neighbour stays. The table of disks has an exponential fit, or one broken at the radius "
-          "that lowers the residuals most where that is significant: type I, II (down) or III "
-          "(up). Its range is --range, by default from half the half-light radius to that of 99 % "
-          "of the light. docs/morphology.md has the details. Planes are held in memory.",
+          "says whether the shape was found. Where the light is too faint for a fit, the ellipse "
+          "keeps the shape of its neighbour. The table of disks has an exponential fit, type I. "
+          "Where a broken exponential has significantly smaller residuals, the table has this fit "
+          "and the radius of the break: type II (down) or III (up). The fit covers --range, by "
+          "default from half the half-light radius to the radius of 99 % of the light. "
+          "docs/morphology.md has the details. Planes are held in memory.",
       .result = Operation::Result::text,
       .parameters = with_output(
           galaxy_parameters() +

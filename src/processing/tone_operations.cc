@@ -311,7 +311,7 @@ Operation gamma_operation() {
           "v' = (v/max)^gamma, where max is the largest pixel of the file, the largest of each "
           "plane (--per plane), or --maximum (Groeneboom & Dahle 2014). A gamma below 1 brightens "
           "faint pixels; displays need 1/2.2 = 0.4545. Negative pixels keep their sign: "
-          "-(-v/max)^gamma. Pixels are no longer a linear measure of light: BUNIT, MAGZERO, "
+          "-(-v/max)^gamma. The output is not a linear measure of light: BUNIT, MAGZERO, "
           "PHOTZP, PHOTFLAM, GAIN and SATURATE are deleted.",
       .parameters =
           {
@@ -391,7 +391,7 @@ Operation stretch_operation() {
               "sqrt v' = sqrt(x); log v' = ln(1 + a x)/ln(1 + a); asinh v' = "
               "asinh(x/a)/asinh(1/a). The limits low and high are percentiles of the file or of "
               "each plane (--per plane), or fixed values. x is clipped to [0, 1]; with --no-clip "
-              "v'(-x) = -v'(x). Missing pixels stay missing. Pixels are no longer a linear measure "
+              "v'(-x) = -v'(x). Missing pixels stay missing. The output is not a linear measure "
               "of light: BUNIT, MAGZERO, PHOTZP, PHOTFLAM, GAIN and SATURATE are deleted.",
           .parameters = declarations(stretch_keys),
           .example = "stretch --function asinh --percentiles 1,99.9 in.fits out.fits",

@@ -184,7 +184,9 @@ Operation unwrap_operation() {
       .name = "unwrap",
       .summary = "Deproject a disk into polar coordinates; fit its spiral arms",
       .description =
-          "The disk is thin, of --inclination about the line of nodes at --position-angle. The "
+          "The disk is taken as thin. --inclination is its inclination, and --position-angle that "
+          "of "
+          "its line of nodes. The "
           "output has azimuth, from the line of nodes and counter-clockwise, along x, and ln r or "
           "r along y, with linear world coordinates. A value is the mean brightness over its cell, "
           "per pixel of the input. Each plane becomes an HDU. Spirals are fitted in (ln r, "

@@ -60,7 +60,7 @@ BoundTable warp_keys(LayerWarp& p) {
       {p.begin, "warp_begin", "galaxy radii", Interval::closed(0, 0.9).usual(0, 0.8),
        "radius within which the plane is flat"},
       {p.power, "warp_power", "", Interval::closed(1, 10).usual(1, 4),
-       "p: the plane rises as (r - warp_begin)^p; with 1 from the centre on it is tilted"},
+       "p: the plane rises as (r - warp_begin)^p; with p = 1 and warp_begin = 0 it is tilted"},
       {p.angle, "warp_angle", "deg", Interval::any().usual(-180, 180),
        "azimuth of the line of nodes, from the x axis towards y; the plane is highest 90 "
        "degrees further"},
