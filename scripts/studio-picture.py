@@ -17,7 +17,7 @@ from studio_page import ENVIRONMENT, GAMER, Page, Server, missing, start_browser
 ARMS = [[None, "arms.model", "logarithmic"], [None, "arms.pitch_angle", 16],
         [None, "arms.scale", 0.33], [None, "arms.begin", 0.3], [2, "inner", 0.3], [3, "inner", 0.3],
         [4, "shift", 15]]
-BAR = [[5, "sed", "E"], [5, "half_length", 0.33], [5, "axis_ratio", 0.25]]
+BAR = [[5, "half_length", 0.33], [5, "axis_ratio", 0.35], [5, "index", 1], [5, "decline", 2], [5, "cut", 0.3]]
 
 
 def main():
