@@ -23,7 +23,7 @@ export class Preview extends EventTarget {
     this.asked = new Map();    // by id
     this.shown = null;         // the request whose frame is shown
     this.flight = null;        // id of a request of a moving view
-    this.making = null;        // {frame, isShown} of the level whose strips come
+    this.making = null;        // {frame, isShown, rows} of the level whose strips come
     this.isPending = false;
     this.isPaused = false;
     this.shares = null;        // edits of shares that a slider shows
@@ -51,7 +51,7 @@ export class Preview extends EventTarget {
   }
 
   sizes(moving) {
-    if (moving) return [this.sized(this.side, 0.1)];
+    if (moving) return [this.sized(Math.min(this.side, this.ui.side), 0.1)];
     const tolerance = this.doc.value('sampling.tolerance') ?? 1e-3;
     const last = this.sized(this.ui.side, null);
     const coarse = levels.filter(([, , least]) => Math.max(last[0], last[1]) >= least)
@@ -97,6 +97,12 @@ export class Preview extends EventTarget {
     const request = this.asked.get(frame.header.id);
     if (!request) return;
     if (isEnd(frame.header)) {
+      // The server drops strips that wait when the page asks for something else.
+      if (this.making?.rows !== frame.header.height) {
+        this.finish(request);
+        this.ask(false);
+        return;
+      }
       frame = completed(this.making.frame, frame.header);
     } else if ((frame.header.rows ?? frame.header.height) < frame.header.height) {
       this.receiveStrip(request, frame);
@@ -114,15 +120,16 @@ export class Preview extends EventTarget {
   }
 
   /// Keeps rows of a level that is being made. Shows them over the coarser frame of the same
-  /// request, where its planes are there.
+  /// request, if that frame has the same planes.
   receiveStrip(request, strip) {
     const {picture} = this;
     if (!this.making) {
       const coarse = this.shown === request && picture.frame ? enlarged(strip.header, picture.frame) : null;
-      this.making = {frame: coarse ?? empty(strip.header), isShown: coarse !== null};
+      this.making = {frame: coarse ?? empty(strip.header), isShown: coarse !== null, rows: 0};
     }
     const {frame, isShown} = this.making;
     putStrip(frame, strip);
+    this.making.rows += strip.header.rows;
     if (!isShown) return;
     this.isFinal = false;
     if (picture.frame === frame) {
@@ -144,6 +151,7 @@ export class Preview extends EventTarget {
 
   finish(request) {
     this.asked.delete(request.id);
+    this.making = null;
     if (this.flight === request.id) this.flight = null;
     this.dispatchEvent(new CustomEvent('busy', {detail: false}));
     if (this.isPending) this.ask(true);

@@ -3,7 +3,7 @@
 import {plainLook} from './stretch.js';
 import {seeingOf} from './seeing.js';
 
-// Between two drawings of a frame in the making, and without a GPU.
+// Milliseconds between two drawings of a frame in the making, and where the browser has no fast GPU.
 const stripMs = 150, slowStripMs = 450;
 
 export class Stage {

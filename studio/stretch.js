@@ -90,8 +90,8 @@ export function plainLook(tone) {
           saturation: 1};
 }
 
-/// The number that a place would have among sorted numbers, which are put into another order
-/// (Hoare's selection).
+/// The number that would stand at `place` if the numbers were sorted. It changes their order (Hoare's
+/// selection).
 export function selected(numbers, place) {
   let first = 0, last = numbers.length - 1;
   while (first < last) {

@@ -79,21 +79,6 @@ std::size_t shared_cloud_size(double points, std::size_t most) {
   return static_cast<std::size_t>(std::min(power, static_cast<double>(most)));
 }
 
-CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,
-                          const std::function<void(const Points& points, float* out)>& values) {
-  std::vector<CloudMoments> parts(last - first);
-  parallel_for(parts.size(), [&](std::size_t k) {
-    WeightedBatch batch{};
-    cloud.fill(first + k, batch);
-    BatchArray x;
-    values(batch.points(), x.data());
-    parts[k].add(batch, x.data());
-  });
-  CloudMoments moments;
-  for (const CloudMoments& part : parts) moments.add(part.sums());
-  return moments;
-}
-
 CloudMean mean_over(std::span<const WeightedBatch> cloud,
                     const std::function<void(std::size_t b, BatchArray& out)>& values) {
   std::vector<CloudMoments> parts(cloud.size());

@@ -7,8 +7,8 @@
 
 namespace gamer {
 
-/// The paths that the program was started with. Apart from them the page uses only names of shipped
-/// data, so that any other path comes from a stranger.
+/// The paths that the program was started with. Documents of the page otherwise use only names of
+/// the catalogue, so that any other path comes from a stranger.
 class KnownPaths {
  public:
   /// Takes all paths of these texts.

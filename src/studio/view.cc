@@ -177,7 +177,7 @@ class LevelView {
   }
 
   /// Renders a level, and returns its frame. Where strips are wanted, rows are sent as they are
-  /// finished, and the frame has those that were not sent: none.
+  /// finished. If strips brought all rows, the frame has none; otherwise it has all.
   std::string render(const ViewLevel& level, Json head, bool wants_strips,
                      const Cancellation& cancellation, const Send& send) const {
     const Clock clock;
@@ -197,10 +197,12 @@ class LevelView {
     const std::vector<FramePlane> planes = planes_of(job, has_parts);
     check_size(job, has_parts, planes.size());
     add_planes(job, has_parts, planes, head);
+    head["wcs"] = wcs_json(job.camera);
     RenderControl control{.truth_images = has_parts, .cancellation = &cancellation};
     int sent_rows = 0;
     if (wants_strips && job.camera.window().height >= least_strip_rows) {
       control.finished = [&](RowRange rows, const Rendering& rendering) {
+        if (rows.size() == rendering.image.height()) return;
         send(encode(rendering, has_parts, planes, rows, head), true);
         sent_rows += rows.size();
       };
@@ -210,7 +212,6 @@ class LevelView {
     const Rendering rendering = session_.render(std::move(job), control);
     head["measured"] = session_.memory().measured() - before;
     head["warnings"] = is_coarse ? std::vector<std::string>() : rendering.warnings;
-    head["wcs"] = wcs_json(rendering.job->camera);
     head["milliseconds"] = clock.seconds() * 1000;
     const int height = rendering.image.height();
     const RowRange rest{sent_rows == height ? height : 0, height};

@@ -14,8 +14,9 @@ namespace gamer {
 using Send = std::function<void(std::string message, bool is_binary)>;
 
 /// Renders the levels of a view, and sends a frame of each but the last, which it returns. The last
-/// has the pixels of the command line where its size and tolerance are the scene's. Throws
-/// Cancelled, InputError and RunError.
+/// has the pixels of the command line where its size and tolerance are the scene's. If strips are
+/// wanted, rows of large levels are sent first, and their frames have no rows. Throws Cancelled,
+/// InputError and RunError.
 std::string render_view(const Session& session, const std::string& label, std::int64_t id,
                         const ViewRequest& request, const Cancellation& cancellation,
                         const Send& send);

@@ -44,7 +44,7 @@ Frame decode(const std::string& bytes) {
   const char* from = bytes.data() + sizeof(length) + length;
   for (std::size_t p = 0; p < frame.head["planes"].size(); ++p) {
     std::vector<float>& plane = frame.planes.emplace_back(pixels);
-    std::memcpy(plane.data(), from, pixels * sizeof(float));
+    if (pixels > 0) std::memcpy(plane.data(), from, pixels * sizeof(float));
     from += pixels * sizeof(float);
   }
   EXPECT_EQ(from, bytes.data() + bytes.size());
@@ -225,6 +225,23 @@ TEST_F(View, StripsAreRowsOfTheImage) {
     for (std::size_t r = 0; r < strip.head["rows"].get<std::size_t>(); ++r) ++seen[row + r];
   }
   EXPECT_EQ(std::ranges::count(seen, 1), 256);
+}
+
+TEST_F(View, WithoutLightIsOneFrame) {
+  request.document.parameters =
+      "[image]\nsize = [16, 256]\n[camera]\nprojection = \"orthographic\"\nwidth = 0.2\n"
+      "target = [50, 0, 0]\nposition = [50, 0, 10]\nup = [0, 1, 0]\n[sampling]\ntolerance = 0.05\n";
+  request.levels = {{16, 256, {}}};
+  request.wants_strips = true;
+  int rows = 0;
+  const auto take = [&](const std::string& bytes, bool) {
+    const int strip = decode(bytes).head["rows"].get<int>();
+    EXPECT_LT(strip, 256);
+    rows += strip;
+  };
+  const Frame last = decode(render_view(session, label, 5, request, Cancellation(), take));
+  EXPECT_EQ(last.head["rows"].get<int>(), rows == 256 ? 0 : 256);
+  EXPECT_TRUE(last.head["last"].get<bool>());
 }
 
 TEST_F(View, IsCancelledBetweenLevels) {

@@ -56,11 +56,6 @@ class CloudMoments {
 /// means share clouds.
 std::size_t shared_cloud_size(double points, std::size_t most);
 
-/// Moments of the values that `values` gives for batches [first, last) of a cloud, in threads of
-/// parallel_for().
-CloudMoments moments_over(const Cloud& cloud, std::size_t first, std::size_t last,
-                          const std::function<void(const Points& points, float* out)>& values);
-
 /// The mean of the values that `values` gives for the batches b of `cloud`, in threads of
 /// parallel_for().
 CloudMean mean_over(std::span<const WeightedBatch> cloud,

@@ -45,9 +45,10 @@ class CameraPath {
   };
 
   /// Throws InputError for a projection without a target, and for a fov or width that the
-  /// projection lacks. Other errors are lists of different lengths and times that do not ascend. A
-  /// frame's view must have a direction, which with a level horizon is not too near to up. A frame
-  /// must not exceed the projection's fov or the range of numbers.
+  /// projection lacks. Throws it also for lists of different lengths, for times that do not ascend,
+  /// and for a frame whose view has no direction. With a level horizon, the direction must not be
+  /// too near to up. Throws it, too, for a frame beyond the projection's fov or the range of
+  /// numbers.
   explicit CameraPath(const RenderParameters& parameters);
 
   int frames() const { return frames_; }

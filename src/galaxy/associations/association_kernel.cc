@@ -186,7 +186,7 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& dens
     const V dz =
         hn::Mul(hn::Sub(at.pz, hn::GatherIndex(d, level.height.data(), kind)), inverse_radius);
     const V scale = hn::Mul(inverse_radius, hn::Set(d, level.cell));
-    // The clump emits nothing above, below or beside itself.
+    // Points above, below or beside the clump get no light from it.
     const V farthest = hn::Max(hn::Abs(dz), hn::Mul(hn::Mul(across, scale), hn::Set(d, reach)));
     if (hn::AllFalse(d, hn::Lt(farthest, one))) continue;
     const V profile = BentProfile(d, level, hn::Mul(dx, scale), hn::Mul(dy, scale), dz, kind,

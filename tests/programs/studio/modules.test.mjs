@@ -17,7 +17,7 @@ import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
 import {columnsOf, hasInclination, poleOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
 import {automaticTone, channelWeights, colour, level, lightOf, plainLook, selected} from '../../../studio/stretch.js';
-import {enlarged, putStrip} from '../../../studio/strips.js';
+import {completed, empty, enlarged, isEnd, putStrip} from '../../../studio/strips.js';
 import * as view from '../../../studio/view.js';
 import {skyOf} from '../../../studio/wcs.js';
 
@@ -97,6 +97,19 @@ test('strips replace rows of an enlarged frame', () => {
   assert.deepEqual([...frame.plane(1)], [1, 1, 2, 2, 1, 1, 2, 2, 20, 21, 22, 23, 3, 3, 4, 4]);
   const other = {...strip.header, planes: [{label: 'b', component: 0}]};
   assert.equal(enlarged(other, coarse), null);
+});
+
+test('strips fill a frame of their own, which the last message ends', () => {
+  const planes = [{label: 'a', component: null}], size = {width: 2, height: 2, planes};
+  const strips = [[1, [3, 4]], [0, [1, 2]]].map(([row, values]) => parseFrame(frameOf({...size, row, rows: 1}, values)));
+  const frame = empty(strips[0].header);
+  for (const strip of strips) putStrip(frame, strip);
+  assert.ok(frame.header.isPartial);
+  const end = parseFrame(frameOf({...size, row: 2, rows: 0, milliseconds: 5}, []));
+  assert.deepEqual([...strips, end].map((one) => isEnd(one.header)), [false, false, true]);
+  const whole = completed(frame, end.header);
+  assert.deepEqual([...whole.plane(0)], [1, 2, 3, 4]);
+  assert.deepEqual([whole.header.row, whole.header.rows, whole.header.isPartial, whole.header.milliseconds], [0, 2, false, 5]);
 });
 
 // --- undo

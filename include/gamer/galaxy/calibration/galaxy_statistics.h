@@ -101,8 +101,8 @@ class GalaxyStatistics {
   void plan_means();
   void plan_slices();
   /// The number of points that gives a mean the wanted error, if the first cloud's relative error
-  /// is `error`; 0 if the first cloud suffices. The number is a power of 2, so that means share
-  /// clouds.
+  /// is `error`; 0 if the first cloud suffices. The number is a power of 2 or the
+  /// largest allowed, so that means share clouds.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
   /// The relative error that the mean of component c's Phi at this footprint may have.
