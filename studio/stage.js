@@ -4,7 +4,7 @@ import {plainLook} from './stretch.js';
 import {seeingOf} from './seeing.js';
 
 // Milliseconds between two drawings of a frame in the making, and where the browser has no fast GPU.
-const stripMs = 150, slowStripMs = 450;
+const stripMs = 150, slowStripMs = 600;
 
 export class Stage {
   constructor({room, canvas, picture, preview, ui}) {

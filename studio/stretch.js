@@ -117,12 +117,14 @@ function quantile(numbers, fraction) {
 }
 
 function takeSample(channel, width, stride) {
-  const values = [], differences = [];
-  for (let next = 0; next < channel.length; next += stride) {
-    values.push(channel[next]);
-    if ((next + 1) % width !== 0) differences.push(Math.abs(channel[next + 1] - channel[next]));
+  const count = Math.ceil(channel.length / stride);
+  const values = new Float64Array(count), differences = new Float64Array(count);
+  let steps = 0;
+  for (let i = 0, next = 0; i < count; ++i, next += stride) {
+    values[i] = channel[next];
+    if ((next + 1) % width !== 0) differences[steps++] = Math.abs(channel[next + 1] - channel[next]);
   }
-  return {values: Float64Array.from(values), differences: Float64Array.from(differences)};
+  return {values, differences: differences.subarray(0, steps)};
 }
 
 function measureSky(sample) {
@@ -162,34 +164,29 @@ function solveSlope(reference, white) {
 }
 
 function chooseStretch(samples, threshold) {
-  const lit = [], peaks = [];
-  for (let i = 0; i < samples[0].length; ++i) {
+  const size = samples[0].length, lit = new Float64Array(size), largest = new Float64Array(size);
+  let count = 0;
+  for (let i = 0; i < size; ++i) {
     let sum = 0, peak = 0;
     for (const values of samples) {
       sum += values[i];
-      peak = Math.max(peak, values[i]);
+      if (values[i] > peak) peak = values[i];
     }
     const intensity = sum / samples.length;
     if (!(intensity > threshold)) continue;
-    lit.push(intensity);
-    peaks.push(peak / intensity);
+    lit[count] = intensity;
+    largest[count++] = peak / intensity;
   }
-  if (lit.length === 0) return {slope: 0, scale: 0};
-  const sorted = Float64Array.from(lit).sort().reverse();
-  const place = Math.trunc((1 - whiteQuantile) * lit.length);
-  const total = sorted.reduce((sum, value) => sum + value, 0);
-  let sum = 0, reference = sorted[sorted.length - 1];
-  for (const value of sorted) {
-    sum += value;
-    if (sum >= referenceLight * total) {
-      reference = value;
-      break;
-    }
-  }
-  const slope = solveSlope(reference, sorted[place]);
+  if (count === 0) return {slope: 0, scale: 0};
+  const sorted = lit.slice(0, count).sort();
+  const place = count - 1 - Math.trunc((1 - whiteQuantile) * count);
+  let total = 0, sum = 0, reference = count;
+  for (let i = count; i-- > 0;) total += sorted[i];
+  while (reference > 0 && sum < referenceLight * total) sum += sorted[--reference];
+  const slope = solveSlope(sorted[reference], sorted[place]);
   // The largest channel must fit, not the mean: otherwise a red core would be a flat disc.
-  const largest = Float64Array.from(peaks, (peak, i) => peak * Math.asinh(slope * lit[i]));
-  return {slope, scale: 1 / selected(largest, largest.length - 1 - place)};
+  for (let i = 0; i < count; ++i) largest[i] *= Math.asinh(slope * lit[i]);
+  return {slope, scale: 1 / selected(largest.subarray(0, count), place)};
 }
 
 /// The tone that the program chooses for a picture of these channels: one (grey) or three arrays,

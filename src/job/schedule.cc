@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <functional>
 #include <numbers>
 #include <numeric>
@@ -184,6 +185,20 @@ std::uint64_t row_memory(int width, int planes, int ranks, int threads) {
   return static_cast<std::uint64_t>(held_blocks(ranks, threads)) *
          static_cast<std::uint64_t>(most_block_rows(width, planes)) *
          static_cast<std::uint64_t>(planes) * static_cast<std::uint64_t>(width) * sizeof(double);
+}
+
+std::vector<RowRange> from_middle(std::span<const RowRange> blocks, int height, int most_rows) {
+  if (most_rows < 1) throw std::invalid_argument(fmt::format("no blocks of {} rows", most_rows));
+  std::vector<RowRange> cut;
+  for (const RowRange& block : blocks) {
+    for (int first = block.first; first < block.last; first += most_rows) {
+      cut.push_back({first, std::min(first + most_rows, block.last)});
+    }
+  }
+  std::ranges::stable_sort(cut, {}, [height](const RowRange& rows) {
+    return std::abs(rows.first + rows.last - height);
+  });
+  return cut;
 }
 
 Image render_image(const Renderer& renderer, Executor& executor) {

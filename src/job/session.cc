@@ -123,7 +123,9 @@ class RenderInProgress {
     rendering_.image = Image(width, height, planes);
     rendering_.truth_images = Image(width, height, renderer.planes() - planes);
     tell(Stage::rows, 0, height);
-    const std::vector<RowRange> blocks = render_blocks(renderer, executor_);
+    std::vector<RowRange> blocks = render_blocks(renderer, executor_);
+    // Whoever looks at finished rows wants them soon.
+    if (control_.finished) blocks = from_middle(blocks, height, Renderer::tile_rows);
     std::mutex mutex;
     double unconverged = 0;
     int done = 0;

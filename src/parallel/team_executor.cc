@@ -111,9 +111,24 @@ void TeamExecutor::share(std::span<const RowRange> blocks, std::size_t values_pe
   });
 }
 
+void TeamExecutor::run_alone(std::span<const RowRange> blocks, std::size_t values_per_row,
+                             const Compute& compute, const Consume& consume) {
+  try {
+    threads_.run(blocks, values_per_row, compute, consume);
+  } catch (...) {
+    is_over_ = true;
+    throw;
+  }
+}
+
 void TeamExecutor::run(std::span<const RowRange> blocks, std::size_t values_per_row,
                        const Compute& compute, const Consume& consume) {
   const RunTimes before = threads_.times();
+  if (team_.size == 1) {
+    run_alone(blocks, values_per_row, compute, consume);
+    add_times(threads_.times() - before);
+    return;
+  }
   meet(nullptr, fingerprint(blocks, values_per_row));
   const std::size_t per_round =
       std::max((blocks.size() + most_rounds - 1) / most_rounds,

@@ -55,6 +55,15 @@ TEST(CostBlocks, DearestFirst) {
   }
 }
 
+TEST(FromMiddle, CutsBlocksAndBeginsInTheMiddle) {
+  const std::vector<RowRange> blocks = {{0, 40}, {40, 44}, {44, 45}, {50, 60}};
+  const std::vector<RowRange> expected = {{24, 32}, {32, 40}, {40, 44}, {16, 24}, {44, 45},
+                                          {8, 16},  {50, 58}, {58, 60}, {0, 8}};
+  EXPECT_EQ(from_middle(blocks, 64, 8), expected);
+  EXPECT_TRUE(from_middle({}, 64, 8).empty());
+  EXPECT_THROW(from_middle(blocks, 64, 0), std::invalid_argument);
+}
+
 TEST(CostBlocks, SeveralRowsBeginWhereTilesDo) {
   for (const RowRange& block : cost_blocks(galaxy_costs(1000), 16, 64)) {
     const int step = std::min(

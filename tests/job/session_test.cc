@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <malloc.h>
 
+#include <cstdlib>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
@@ -267,6 +268,29 @@ TEST(Session, TellsOfProgressInTheCallersThread) {
   EXPECT_EQ(told.back().total, 20);
   ASSERT_TRUE(rendering.truth);
   EXPECT_EQ(rendering.truth->rows(), 1u);
+}
+
+TEST(Session, GivesFinishedRowsFromTheMiddleBeforeItEnds) {
+  const int height = 100;
+  const std::string tall = replaced(view, "[30, 20]", "[10, 100]");
+  for (const int threads : {1, 2}) {
+    const Session session(threads);
+    RowRange first;
+    int finished = 0, progress = 0;
+    RenderControl control;
+    control.progress = [&](const RenderProgress& now) { progress = now.done; };
+    control.finished = [&](RowRange rows, const Rendering& rendering) {
+      EXPECT_EQ(rendering.image.height(), height);
+      EXPECT_LE(rows.size(), Renderer::tile_rows);
+      EXPECT_EQ(progress, finished);
+      if (finished == 0) first = rows;
+      finished += rows.size();
+    };
+    const Rendering rendering = session.render(session.load(input(clumpy, tall)), control);
+    EXPECT_EQ(finished, height);
+    EXPECT_LE(std::abs(first.first + first.last - height), 2 * Renderer::tile_rows);
+    expect_equal(rendering.image, expected_image(clumpy, tall));
+  }
 }
 
 // What a session remembers of fixed fluxes, with and without the table of truth, changes nothing.

@@ -116,6 +116,18 @@ TEST(TeamExecutor, EveryRankGetsAllRowsInOrder) {
   }
 }
 
+TEST(TeamExecutor, ASingleRankConsumesEachBlockWhenItIsFinished) {
+  TeamExecutor executor(Team(), 1);
+  int computed = 0, consumed = 0;
+  executor.run(
+      even_blocks(700, 2), 1, [&](RowRange, std::span<double>) { ++computed; },
+      [&](RowRange, std::span<const double>) { EXPECT_EQ(++consumed, computed); });
+  EXPECT_EQ(consumed, 350);
+  const auto fail = [](RowRange, std::span<double>) { throw std::runtime_error("no light"); };
+  EXPECT_THROW(executor.run(even_blocks(4, 2), 1, fail, [](auto, auto) {}), std::runtime_error);
+  executor.leave();
+}
+
 TEST(TeamExecutor, AFailureEndsAllRanks) {
   const std::string other = "the render failed on rank 1";
   for (const std::string where : {"before", "compute", "consume", "last consume", "after"}) {

@@ -49,6 +49,10 @@ double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> 
 /// calls this function.
 std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor);
 
+/// Blocks of an image of `height` rows, cut to at most `most_rows` rows, from the image's middle
+/// outwards. Throws std::invalid_argument when most_rows < 1.
+std::vector<RowRange> from_middle(std::span<const RowRange> blocks, int height, int most_rows);
+
 /// The whole image in memory on rank 0; an empty image on other ranks.
 Image render_image(const Renderer& renderer, Executor& executor);
 

@@ -22,8 +22,9 @@ struct Team {
 };
 
 /// The threads of all ranks of a team. The ranks take blocks in turn, and every rank consumes all
-/// rows, in the order of the blocks. Ranks meet several times in a run. An exception on one rank
-/// ends the run on all: at their next meeting the others throw RunError.
+/// rows. Several ranks meet in a run, and consume rows in the order of the blocks after each
+/// meeting. A single rank consumes each block when it is finished. An exception on one rank ends
+/// the run on all: at their next meeting the others throw RunError.
 class TeamExecutor : public Executor {
  public:
   /// Throws std::invalid_argument when threads < 1 or the rank is not in the team.
@@ -48,6 +49,8 @@ class TeamExecutor : public Executor {
   /// Meets the others, and throws on every rank when one of them has failed or `agreed` differs.
   void meet(const std::exception_ptr& failure, std::uint64_t agreed);
   void add_up(std::span<std::byte> integers);
+  void run_alone(std::span<const RowRange> blocks, std::size_t values_per_row,
+                 const Compute& compute, const Consume& consume);
   void share(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
              std::vector<double>& values);
 
