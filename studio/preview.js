@@ -7,7 +7,7 @@ import {channelsOf, planeWeights, valuesAt} from './channels.js';
 import {shareFactors} from './light.js';
 import {completed, empty, enlarged, isEnd, putStrip} from './strips.js';
 
-const targetMs = 30;       // of a frame while moving
+const targetMs = 20;       // of a frame while moving
 const leastSide = 48;
 const leastChange = 0.15;  // of the side of moving views, relative
 // Coarse levels: longer side, tolerance, and the least longer side of a view that has them. A view's

@@ -309,6 +309,7 @@ RenderParameters level_parameters(RenderParameters parameters, const ViewLevel& 
     }
     parameters.set(defaults);
   }
+  if (parameters.stars.table) parameters.set("stars", "table", false);
   if (parameters.image.output.layout == ImageLayout::stamps) {
     parameters.set("image", "layout", std::string("cube"));
   }
@@ -329,7 +330,10 @@ RenderParameters level_parameters(RenderParameters parameters, const ViewLevel& 
   if (level.tolerance && *level.tolerance != tolerance &&
       parameters.applies("sampling", "tolerance")) {
     parameters.set("sampling", "tolerance", *level.tolerance);
-    if (*level.tolerance > tolerance) parameters.set("camera", "supersample", std::int64_t{1});
+    if (*level.tolerance > tolerance) {
+      parameters.set("camera", "supersample", std::int64_t{1});
+      parameters.set("sampling", "stars_per_pixel", 0.0);
+    }
   }
   return parameters;
 }

@@ -21,8 +21,9 @@ std::string render_view(const Session& session, const std::string& label, std::i
                         const ViewRequest& request, const Cancellation& cancellation,
                         const Send& send);
 
-/// Parameters of the view at another level. A sky view keeps its field. A tolerance above the
-/// scene's own comes with one ray per pixel. Throws InputError.
+/// Parameters of the view at another level. A sky view keeps its field. A view has no table of
+/// stars. A tolerance above the scene's own comes with one ray per pixel and smooth light in place
+/// of individual stars. Throws InputError.
 RenderParameters level_parameters(RenderParameters parameters, const ViewLevel& level);
 
 }  // namespace gamer

@@ -268,9 +268,12 @@ TEST(LevelParameters, OfEveryProjection) {
   EXPECT_EQ(coarse.width, 10);
   EXPECT_EQ(coarse.sampling.tolerance, 0.1);
   EXPECT_EQ(coarse.camera.supersample, 1);
+  EXPECT_FALSE(coarse.sampling.draws_stars());
   const RenderParameters finer = at(size, {40, 20, 1e-4});
   EXPECT_EQ(finer.sampling.tolerance, 1e-4);
   EXPECT_FALSE(finer.camera.supersample);
+  EXPECT_TRUE(finer.sampling.draws_stars());
+  EXPECT_FALSE(at(size + "[stars]\ntable = true\n", {40, 20, {}}).stars.table);
   EXPECT_EQ(at("[image]\nsize = 40\n[camera]\nprojection = \"cubemap\"\n", {10, 60, {}}).width, 10);
   EXPECT_EQ(at("[camera]\nprojection = \"healpix\"\nnside = 16\n", {8, 8, {}}).width, 16);
   const std::string region = size + "region = [1, 1, 10, 10]\n";
