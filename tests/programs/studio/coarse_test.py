@@ -1,5 +1,7 @@
 """The light of coarse views of all shipped galaxies, which share a quick measurement, beside that of the finest view.
 
+Stars are smooth light in both, since the brightest stars of a galaxy are few.
+
     coarse_test.py GSTUDIO GAMER SOURCE
 """
 
@@ -13,8 +15,8 @@ from studio_client import Studio
 GSTUDIO = pathlib.Path(sys.argv[1]).resolve()
 SOURCE = pathlib.Path(sys.argv[3]).resolve()
 SIDE, TOLERANCE = 96, 1e-3
-# Twice the largest differences of galaxies and of components with a thousandth of a galaxy's light: 0.0038 and 0.019.
-MOST, MOST_OF_COMPONENT = 0.0076, 0.038
+# At most twice the largest differences of galaxies and of components with a thousandth of a galaxy's light: 0.0045 and 0.046.
+MOST, MOST_OF_COMPONENT = 0.0076, 0.07
 
 
 def sums(frame):
@@ -33,7 +35,7 @@ class CoarseLight(unittest.TestCase):
                 document = page.ask("open")
                 page.send({"op": "view", "id": 1, "planes": "components",
                            **{key: document[key] for key in ("parameters", "scene", "galaxies")},
-                           "settings": [f"image.size={SIDE}", f"sampling.tolerance={TOLERANCE}"],
+                           "settings": [f"image.size={SIDE}", f"sampling.tolerance={TOLERANCE}", "sampling.stars_per_pixel=0"],
                            "sizes": [[SIDE, SIDE, 1.0001 * TOLERANCE], [SIDE, SIDE, None]]})
                 coarse, fine = sums(page.receive()), sums(page.receive())
                 self.assertLess(abs(sum(coarse) / sum(fine) - 1), MOST)
