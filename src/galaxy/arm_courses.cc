@@ -237,7 +237,7 @@ BoundTable ArmCourses::Arm::own_keys() {
           Parameter::numbers("pitch_angles", "deg", Interval::open(0, 90), std::nullopt,
                              "pitch angle of each segment, from inside; default the law of [arms]"),
           without_default({kinks, "kinks", "galaxy radii", Interval::open(0, 1),
-                           "radii between these segments, one fewer"}),
+                           "radii at which the next pitch begins: one fewer than pitch angles"}),
           Parameter::integer("leaves", "", Interval::closed(1, 64), std::nullopt,
                              "number of the arm, from 1, that this branch leaves at its begin"),
           without_default(

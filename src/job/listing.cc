@@ -37,8 +37,8 @@ std::vector<Group> all_groups() {
       {"galaxy", "[galaxy] of a galaxy file", "The galaxy as a whole.", Galaxy::table()});
   groups.push_back({"arms", "[arms] of a galaxy file", "The spiral pattern.", ArmPattern::table()});
   groups.push_back({"arm", "[[arm]] of a galaxy file",
-                    "One arm with a course of its own; without [[arm]], all arms are alike but for "
-                    "the variations of [arms].",
+                    "One arm with a course of its own. Without [[arm]] every arm follows the law "
+                    "of [arms] and its variations.",
                     ArmPattern::arm_table()});
   for (const ComponentKind& kind : component_kinds()) {
     const std::string title = fmt::format("[[component]] of class \"{}\"", kind.name);

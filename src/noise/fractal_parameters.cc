@@ -141,7 +141,7 @@ BoundTable octave_keys(FractalParameters& p) {
        Interval::left_open(0, 1000).usual_logarithmic(0.3, 30),
        "frequency of the displacement's first octave"},
       {p.warp_octaves, "warp_octaves", "", Interval::closed(1, 16).usual(1, 6),
-       "octaves of the displacement: 1 varies the lacunarity, more warp the domain"}};
+       "octaves of the displacement: 1 varies the lacunarity, several warp the domain"}};
 }
 
 /// The keys of the shape, and the seed.

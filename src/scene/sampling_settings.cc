@@ -26,8 +26,8 @@ BoundTable sampling_keys(SamplingSettings& p) {
           {p.step, "step", "galaxy radii", Interval::closed(smallest_step, 1),
            "uniform sampler: step along the ray"},
           {p.tolerance, "tolerance", "", Interval::open(0, 1).usual_logarithmic(0.0001, 0.1),
-           "rms relative error over pixels above 1 % of the peak (adaptive "
-           "sampler); also the limit below which faint light has no texture"},
+           "adaptive sampler: rms relative error over pixels above 1 % of the peak; "
+           "light fainter than this share has no texture"},
           {p.stars_per_pixel, "stars_per_pixel", "", Interval::closed(0, most_stars_per_pixel),
            "expected number of individual stars of a star field in the pixel "
            "with the most; other stars are smooth light; by default 1, and 0 for "

@@ -19,7 +19,7 @@ void check_side(const ParameterSet& values, std::string_view key) {
 
 BoundTable stamp_keys(StampSettings& p) {
   return {{p.size, "size", "pixels", Interval::closed(1, largest_side),
-           "width and height of every stamp, odd; by default the extent decides"},
+           "width and height of every stamp, odd; by default its object decides them"},
           {p.extent, "extent", "", Interval::positive(),
            "half the side of a galaxy's stamp, in units of its radius"},
           choice(p.radius, "radius",
@@ -28,9 +28,9 @@ BoundTable stamp_keys(StampSettings& p) {
                  "which radius: that of the ball that holds the galaxy, or the half-light "
                  "radius along its major axis, without noise and dust"),
           {p.smallest, "smallest", "pixels", Interval::closed(1, largest_side),
-           "least side where the extent decides, odd; that of stars"},
+           "least side, odd, of a stamp whose object decides its size; the side of a star's stamp"},
           {p.largest, "largest", "pixels", Interval::closed(1, largest_side),
-           "greatest side where the extent decides, odd"}};
+           "greatest side, odd, of a stamp whose object decides its size"}};
 }
 
 }  // namespace

@@ -47,7 +47,7 @@ BoundTable star_keys(StarSettings& p) {
        "brightness of the discs in the image's unit; by default the white of the "
        "picture that the image makes"},
       {p.largest_radius, "largest_radius", "pixels", Interval::closed(1, largest_star_radius),
-       "largest radius of these discs; stars that need larger discs become brighter ones"},
+       "largest radius of a disc; brighter stars have brighter discs of this radius"},
       {p.halo, "halo", "", Interval::right_open(0, 1),
        "about the share of a bright star's light beyond the radius of its white "
        "core; the halo falls with the distance d as d^(-2/halo), and 0 is a disc"},
