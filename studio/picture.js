@@ -258,15 +258,16 @@ export class Picture {
   }
 
   /// The tone that the program would choose for these channels.
-  tone(isGrey) {
+  /// `factors` are those of channelFactors().
+  tone(isGrey, factors) {
     const sums = this.sums();
     if (this.toned?.sums !== sums || this.toned.isGrey !== isGrey) {
-      this.toned = {sums, isGrey, tone: this.toneOf(sums, isGrey)};
+      this.toned = {sums, isGrey, tone: this.toneOf(sums, isGrey, factors)};
     }
     return this.toned.tone;
   }
 
-  toneOf(sums, isGrey) {
+  toneOf(sums, isGrey, factors) {
     const count = sums.length / 4;
     const channels = [];
     for (let c = 0; c < (isGrey ? 1 : 3); ++c) {
@@ -274,7 +275,7 @@ export class Picture {
       for (let i = 0; i < count; ++i) channel[i] = sums[4 * i + c];
       channels.push(channel);
     }
-    return automaticTone(channels, this.frame.header.width);
+    return automaticTone(channels, this.frame.header.width, factors);
   }
 
   /// Draws with a tone and a look (stretch.js) for a room of pixels, with PSF and noise or without.

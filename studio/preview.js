@@ -3,8 +3,9 @@
 // after one of a newer request.
 
 import {cameraSettings} from './view.js';
-import {channelsOf, planeWeights, valuesAt} from './channels.js';
+import {channelsOf, planeWeights, spectralPlanes, valuesAt} from './channels.js';
 import {shareFactors} from './light.js';
+import {channelFactors} from './stretch.js';
 import {completed, empty, enlarged, isEnd, putStrip} from './strips.js';
 
 const targetMs = 20;       // of a frame while moving
@@ -201,7 +202,9 @@ export class Preview extends EventTarget {
     }
     const {header} = this.picture.frame;
     this.picture.setWeights(planeWeights(header, this.ui.channels, (i) => this.share(i)));
-    this.isGrey = channelsOf(header, this.ui.channels).isGrey;
+    const channels = channelsOf(header, this.ui.channels);
+    this.isGrey = channels.isGrey;
+    this.channelFactors = channelFactors(spectralPlanes(header), channels.weights);
   }
 
   /// Values of the planes under a pixel.

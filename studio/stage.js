@@ -53,7 +53,7 @@ export class Stage {
     const key = `${ui.channels}/${preview.isGrey}`;
     const isNew = !ui.tone || ui.tone.key !== key;
     if (isNew || (ui.look.auto && preview.isFinal && !preview.shares) || (force && ui.look.auto)) {
-      ui.tone = {...picture.tone(preview.isGrey), key};
+      ui.tone = {...picture.tone(preview.isGrey, preview.channelFactors), key};
       if (ui.look.auto || isNew) {
         const {slope, white} = plainLook(ui.tone);
         Object.assign(ui.look, {slope, white, black: 0});

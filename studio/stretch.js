@@ -1,4 +1,4 @@
-// The stretch from light to colours: that of the program's pictures (docs/pictures.md), and others.
+// The stretch from light to colours: that of the program's pictures (include/gamer/image/picture.h), and others.
 // shaders.js has the same formulas in GLSL.
 
 const mostSamples = 2 ** 20;
@@ -38,6 +38,19 @@ export function channelWeights(wavelengths) {
 export function steepnessOf(mode, steep) {
   if (mode === 'linear' || !(steep > 1e-6)) return 0;
   return mode === 'log' ? Math.log1p(steep) : Math.asinh(steep);
+}
+
+/// Factors that make three channels light per unit wavelength; their product is 1. `planes` have
+/// `wavelength` and `zero_point`, `weights` are those of channelWeights(). All are 1 where a plane
+/// lacks a number.
+export function channelFactors(planes, weights) {
+  if (planes.length === 1 || planes.some((plane) => !plane.wavelength || typeof plane.zero_point !== 'number')) return [1, 1, 1];
+  const [first] = planes;
+  const light = planes.map((plane) =>
+      10 ** (-0.4 * (plane.zero_point - first.zero_point)) * (first.wavelength / plane.wavelength) ** 2);
+  const factors = weights.map((channel) => channel.reduce((sum, weight, p) => sum + weight * light[p], 0));
+  const mean = Math.cbrt(factors[0] * factors[1] * factors[2]);
+  return mean > 0 && Number.isFinite(mean) ? factors.map((factor) => factor / mean) : [1, 1, 1];
 }
 
 /// Brightness that a mode gives light of `value`: 0 at 0, 1 at `white`.
@@ -140,11 +153,14 @@ function measureSky(sample) {
   return {level: low + blackSigmas * sigma, sigma};
 }
 
-function sumLight(channel, black, least) {
-  let light = 0;
-  for (const pixel of channel) {
-    const value = Math.max(pixel - black, 0);
-    if (value > least) light += value;
+/// Sums of value - black of all channels over the same pixels, those in which some channel is light.
+function sumLight(channels, black, least) {
+  const light = channels.map(() => 0);
+  for (let i = 0; i < channels[0].length; ++i) {
+    let isLight = false;
+    for (let c = 0; c < channels.length; ++c) isLight = isLight || channels[c][i] - black[c] > least[c];
+    if (!isLight) continue;
+    for (let c = 0; c < channels.length; ++c) light[c] += channels[c][i] - black[c];
   }
   return light;
 }
@@ -191,19 +207,20 @@ function chooseStretch(samples, threshold) {
 
 /// The tone that the program chooses for a picture of these channels: one (grey) or three arrays,
 /// red first. `black` and `factor` have three numbers; `white` is the intensity whose brightness
-/// is 1, sinh(1/scale)/slope.
-export function automaticTone(channels, width) {
+/// is 1, sinh(1/scale)/slope. `factors` are those of channelFactors().
+export function automaticTone(channels, width, factors = [1, 1, 1]) {
   const stride = Math.ceil(channels[0].length / mostSamples) || 1;
   const tone = {black: [0, 0, 0], factor: [1, 1, 1], slope: 0, white: 0};
-  const samples = [], sigma = [], light = [];
+  const samples = [], sigma = [];
   channels.forEach((channel, c) => {
     const sample = takeSample(channel, width, stride);
     const sky = measureSky(sample);
     sigma[c] = sky.sigma;
     tone.black[c] = sky.level;
-    light[c] = sumLight(channel, sky.level, lightSigmas * sky.sigma);
     samples.push(sample.values);
   });
+  const light = sumLight(samples, tone.black, sigma.map((one) => lightSigmas * one))
+      .map((value, c) => value * factors[c]);
   const mean = light.reduce((sum, value) => sum + value, 0) / light.length;
   light.forEach((value, c) => {
     if (value > 0) tone.factor[c] = (mean / value) ** balance;
@@ -212,6 +229,7 @@ export function automaticTone(channels, width) {
   if (light.length === 3 && Math.min(...light) > 0) {
     tone.factor[1] = Math.sqrt(tone.factor[0] * light[0] * tone.factor[2] * light[2]) / light[1];
   }
+  light.forEach((_, c) => { tone.factor[c] *= factors[c]; });
   let variance = 0;
   samples.forEach((values, c) => {
     for (let i = 0; i < values.length; ++i) {

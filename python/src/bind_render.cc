@@ -196,7 +196,8 @@ class PythonRendering {
 /// The picture that the program makes, as [y, x, rgb] from the top.
 py::array picture_of(const PythonRendering& self) {
   const Image& image = self.rendering().image;
-  const Picture picture = make_picture(image, self.header().wavelengths);
+  const ImageHeader& header = self.header();
+  const Picture picture = make_picture(image, header.wavelengths, zero_points_of(header));
   return py::array_t<std::uint16_t>({picture.height, picture.width, 3}, picture.rgb.data());
 }
 

@@ -275,6 +275,8 @@ class PictureWriter final : public ImageWriter {
         width_(header.width),
         faces_(header.faces),
         weights_(channel_weights(planes_, header.wavelengths)),
+        factors_(channel_factors(planes_, header.wavelengths,
+                                 light_of_unit(header.wavelengths, zero_points_of(header)))),
         channels_(picture_extent(header).first, picture_extent(header).second,
                   static_cast<int>(weights_.size())),
         written_(static_cast<std::size_t>(header.height)) {
@@ -307,7 +309,7 @@ class PictureWriter final : public ImageWriter {
   void finish() override {
     check_all_written(written_, options_.path, "row", 0);
     const PictureTone tone = options_.tone ? PictureTone::of_numbers(*options_.tone)
-                                           : automatic_tone(views(channels_), 1);
+                                           : automatic_tone(views(channels_), 1, {}, {}, factors_);
     PictureFileOptions options;
     options.name = options_.path.string();
     options.format = picture_format(options.name).value_or(PictureFormat::png);
@@ -324,6 +326,7 @@ class PictureWriter final : public ImageWriter {
   int planes_, width_;
   std::vector<ImageFace> faces_;
   std::vector<std::vector<double>> weights_;
+  std::array<double, 3> factors_;
   Image channels_;
   std::vector<bool> written_;
   std::vector<std::vector<unsigned char>> tables_;  ///< of a PNG
@@ -381,7 +384,8 @@ std::array<double, 3> PictureTone::colour(const std::array<double, 3>& rgb) cons
 
 PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
                            const std::optional<std::array<double, 3>>& black,
-                           const std::optional<std::array<double, 3>>& factor) {
+                           const std::optional<std::array<double, 3>>& factor,
+                           const std::array<double, 3>& channel_factors) {
   const std::size_t planes = channels.size();
   const std::size_t count = static_cast<std::size_t>(channels[0]->width()) *
                             static_cast<std::size_t>(channels[0]->height());
@@ -396,7 +400,8 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
     tone.black[c] = black ? (*black)[c] : sky.level;
     samples.push_back(std::move(sample.values));
   }
-  const std::array<double, 3> light = sum_light(samples, tone.black, sigma);
+  std::array<double, 3> light = sum_light(samples, tone.black, sigma);
+  for (std::size_t c = 0; c < planes; ++c) light[c] *= channel_factors[c];
   const double mean_light =
       std::accumulate(light.begin(), light.end(), 0.0) / static_cast<double>(planes);
   for (std::size_t c = 0; c < planes; ++c) {
@@ -406,6 +411,7 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
   if (planes == 3 && *std::ranges::min_element(light) > 0) {
     tone.factor[1] = std::sqrt(tone.factor[0] * light[0] * tone.factor[2] * light[2]) / light[1];
   }
+  for (std::size_t c = 0; c < planes; ++c) tone.factor[c] *= channel_factors[c];
   if (factor) tone.factor = *factor;
   double variance = 0;
   for (std::size_t c = 0; c < planes; ++c) {
@@ -452,17 +458,62 @@ std::vector<double> picture_white(const PictureTone& tone, int planes,
   return white;
 }
 
-PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths) {
-  return automatic_tone(picture_channels(views(image), wavelengths), 1);
+std::vector<double> light_of_unit(const std::vector<double>& wavelengths,
+                                  const std::vector<double>& zero_points) {
+  std::vector<double> light;
+  if (wavelengths.empty() || zero_points.empty()) return light;
+  if (wavelengths.size() != zero_points.size()) {
+    throw std::invalid_argument("picture: wavelengths and zero points differ in number");
+  }
+  for (std::size_t p = 0; p < wavelengths.size(); ++p) {
+    light.push_back(std::pow(10, -0.4 * (zero_points[p] - zero_points[0])) *
+                    std::pow(wavelengths[0] / wavelengths[p], 2));
+  }
+  return light;
 }
 
-Picture make_picture(const Image& image, const std::vector<double>& wavelengths) {
+std::array<double, 3> channel_factors(int planes, const std::vector<double>& wavelengths,
+                                      const std::vector<double>& light) {
+  if (planes == 1 || light.empty()) return {1, 1, 1};
+  const auto weights = channel_weights(planes, wavelengths);
+  std::array<double, 3> factors{};
+  for (std::size_t c = 0; c < factors.size(); ++c) {
+    factors[c] = std::inner_product(light.begin(), light.end(), weights[c].begin(), 0.0);
+  }
+  const double mean = std::cbrt(factors[0] * factors[1] * factors[2]);
+  if (!std::isfinite(mean) || !(mean > 0)) return {1, 1, 1};
+  for (double& factor : factors) factor /= mean;
+  return factors;
+}
+
+std::vector<double> zero_points_of(const ImageHeader& header) {
+  std::vector<double> zero_points;
+  for (const std::vector<Card>& cards : header.plane_cards) {
+    const auto found = std::ranges::find(cards, "MAGZERO", &Card::key);
+    if (found == cards.end()) return {};
+    zero_points.push_back(std::get<double>(found->value));
+  }
+  return zero_points;
+}
+
+PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths,
+                        const std::vector<double>& zero_points) {
+  return automatic_tone(picture_channels(views(image), wavelengths), 1, {}, {},
+                        channel_factors(image.planes(), wavelengths,
+                                        light_of_unit(wavelengths, zero_points)));
+}
+
+Picture make_picture(const Image& image, const std::vector<double>& wavelengths,
+                     const std::vector<double>& zero_points) {
   const std::vector<PlanePtr> planes = picture_channels(views(image), wavelengths);
   Image channels(image.width(), image.height(), static_cast<int>(planes.size()));
   for (std::size_t c = 0; c < planes.size(); ++c) {
     planes[c]->read(planes[c]->whole(), channels.plane(static_cast<int>(c)));
   }
-  const PictureTone tone = automatic_tone(views(channels), 1);
+  const PictureTone tone =
+      automatic_tone(views(channels), 1, {}, {},
+                     channel_factors(image.planes(), wavelengths,
+                                        light_of_unit(wavelengths, zero_points)));
   Picture picture{image.width(), image.height(), {}};
   for_each_picture_row(channels, tone, [&](const std::vector<std::uint16_t>& row) {
     picture.rgb.insert(picture.rgb.end(), row.begin(), row.end());

@@ -5,9 +5,9 @@
 #include <set>
 #include <utility>
 
-#include "gamer/image/picture.h"
 #include "gamer/job/measure_galaxies.h"
 #include "gamer/job/resume.h"
+#include "gamer/job/star_tone.h"
 #include "job/make_job.h"
 
 namespace gamer {
@@ -93,10 +93,8 @@ std::array<double, 8> frame_tone(FrameJobs& jobs, RenderParameters parameters, E
   const RenderJob job = jobs.make(std::move(parameters));
   const Renderer renderer = image_renderer(job);
   const Image image = render_image(renderer, executor);
-  std::vector<double> wavelengths;
-  for (const SpectralPlane& plane : job.spectrum.planes) wavelengths.push_back(plane.wavelength);
   // Without objects the image is empty.
-  return image.width() > 0 ? choose_tone(image, wavelengths).numbers() : std::array<double, 8>{};
+  return image.width() > 0 ? picture_tone(job, image).numbers() : std::array<double, 8>{};
 }
 
 }  // namespace gamer

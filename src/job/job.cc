@@ -91,6 +91,13 @@ std::string unit_text(PixelUnit unit) {
 
 namespace {
 
+/// Flux density of the value 1 of a plane, nJy. It is per pixel, or per arcsec^2 for brightnesses.
+double unit_in_nanojansky(const SpectralPlane& plane, const RenderJob& job) {
+  const PixelUnit unit = job.scene->unit;
+  return (counts_flux(unit) ? 1 : square_arcsecond) /
+         value_of_nanojansky(plane, unit, job.parameters);
+}
+
 /// Cards with the calibration of a plane. The flux per pixel, or per arcsec^2, has m_AB = MAGZERO -
 /// 2.5 log10(value). A value of 1 is PHOTFLAM erg/s/cm^2/Angstrom.
 std::vector<Card> calibration_cards(const SpectralPlane& plane, const RenderJob& job) {
@@ -102,15 +109,14 @@ std::vector<Card> calibration_cards(const SpectralPlane& plane, const RenderJob&
   // Magnitudes are not a linear unit.
   if (unit == PixelUnit::magnitude) return cards;
   const bool is_flux = counts_flux(unit);
-  const double unit_in_nanojansky =
-      (is_flux ? 1 : square_arcsecond) / value_of_nanojansky(plane, unit, job.parameters);
-  const double zero_point = ab_magnitude(unit_in_nanojansky);
+  const double unit_flux = unit_in_nanojansky(plane, job);
+  const double zero_point = ab_magnitude(unit_flux);
   const double f_lambda =
       nanojansky_in_cgs * speed_of_light / (plane.wavelength * plane.wavelength);
   cards.push_back({"MAGZERO", zero_point,
                    fmt::format("AB magnitude of 1 unit per {}", is_flux ? "pixel" : "arcsec2")});
   cards.push_back({"PHOTZP", zero_point, "the same"});
-  cards.push_back({"PHOTFLAM", f_lambda * unit_in_nanojansky, "[erg/s/cm2/Angstrom] of 1 unit"});
+  cards.push_back({"PHOTFLAM", f_lambda * unit_flux, "[erg/s/cm2/Angstrom] of 1 unit"});
   return cards;
 }
 
@@ -288,6 +294,16 @@ RenderJob load_job(const JobRequest& request, Resources& resources) {
   RenderJob job = read_job(request, resources);
   complete(job, Ranks(), 1);
   return job;
+}
+
+std::vector<double> zero_points(const RenderJob& job) {
+  const PixelUnit unit = job.scene->unit;
+  std::vector<double> zero_points;
+  if (unit == PixelUnit::relative || unit == PixelUnit::magnitude) return zero_points;
+  for (const SpectralPlane& plane : job.spectrum.planes) {
+    zero_points.push_back(ab_magnitude(unit_in_nanojansky(plane, job)));
+  }
+  return zero_points;
 }
 
 ImageHeader make_image_header(const RenderJob& job) {

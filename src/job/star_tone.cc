@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "gamer/image/picture.h"
 #include "gamer/render/renderer.h"
 
 namespace gamer {
@@ -33,6 +32,12 @@ bool measures_star_tone(const RenderParameters& parameters, const Scene& scene) 
   return parameters.draws_star_discs() && !parameters.stars.white_point &&
          scene.unit != PixelUnit::magnitude &&
          (!scene.stars.empty() || std::ranges::any_of(scene.galaxies, &PlacedGalaxy::draws_stars));
+}
+
+PictureTone picture_tone(const RenderJob& job, const Image& image) {
+  std::vector<double> wavelengths;
+  for (const SpectralPlane& plane : job.spectrum.planes) wavelengths.push_back(plane.wavelength);
+  return choose_tone(image, wavelengths, zero_points(job));
 }
 
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {
@@ -72,9 +77,7 @@ void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {
                   &sample.at(0, row, static_cast<int>(plane)));
     }
   }
-  std::vector<double> wavelengths;
-  for (const SpectralPlane& plane : job.spectrum.planes) wavelengths.push_back(plane.wavelength);
-  job.parameters.stars.tone = choose_tone(sample, wavelengths).numbers();
+  job.parameters.stars.tone = picture_tone(job, sample).numbers();
 }
 
 OutputOptions toned_output(const OutputOptions& output, const RenderParameters& parameters) {

@@ -124,7 +124,7 @@ ColourOf::ColourOf(const LuptonTone& tone)
       }) {}
 
 LuptonTone choose_lupton(std::span<const PlanePtr> channels, const LuptonChoice& choice,
-                         int threads) {
+                         int threads, const Rgb& factors) {
   LuptonTone tone;
   tone.q = choice.q.value_or(default_q);
   if (choice.minimum && choice.scale && choice.stretch) {
@@ -133,7 +133,8 @@ LuptonTone choose_lupton(std::span<const PlanePtr> channels, const LuptonChoice&
     tone.stretch = *choice.stretch;
     return tone;
   }
-  const PictureTone automatic = automatic_tone(channels, threads, choice.minimum, choice.scale);
+  const PictureTone automatic = 
+      automatic_tone(channels, threads, choice.minimum, choice.scale, factors);
   tone.minimum = automatic.black;
   tone.scale = automatic.factor;
   const bool is_dark = automatic.slope == 0;

@@ -41,9 +41,9 @@ struct LuptonChoice {
 /// automatic_tone(). Without stretch and Q, its slope and scale give Q = 10 sinh(0.1/scale) and
 /// stretch = Q/slope. With stretch alone, Q = 8. With Q alone, stretch maps the intensity I_1 =
 /// sinh(1/scale)/slope to 1, as automatic_tone() does. Channels are those of picture_channels(),
-/// one or three.
+/// one or three, and `factors` those of channel_factors().
 LuptonTone choose_lupton(std::span<const PlanePtr> channels, const LuptonChoice& choice,
-                         int threads);
+                         int threads, const Rgb& factors = {1, 1, 1});
 
 /// The tone of STIFF (Bertin 2012, ASP Conf. 461, 263). With x_c = (c - low_c)/(high_c - low_c), at
 /// most Y^(1 - 1/luminance_gamma), and the luminance Y = mean of max(x_c, 0), which is not limited,

@@ -97,6 +97,17 @@ std::vector<double> sorting_wavelengths(const OperationCall& call,
   return wavelengths;
 }
 
+/// light_of_unit() of the planes; empty where one has no wavelength or zero point.
+std::vector<double> light_of_sources(const std::vector<Source>& sources) {
+  std::vector<double> wavelengths, zero_points;
+  for (const Source& source : sources) {
+    if (!source.info.wavelength || !source.info.zero_point) return {};
+    wavelengths.push_back(*source.info.wavelength);
+    zero_points.push_back(*source.info.zero_point);
+  }
+  return light_of_unit(wavelengths, zero_points);
+}
+
 /// Checks options that belong to some methods only.
 void check_method_options(const OperationCall& call) {
   static const std::map<std::string, std::vector<std::string>> methods = {
@@ -194,7 +205,8 @@ struct Colours {
   std::string options;
 };
 
-Colours choose_colours(const OperationCall& call, std::span<const PlanePtr> channels) {
+Colours choose_colours(const OperationCall& call, std::span<const PlanePtr> channels,
+                       const Rgb& factors) {
   const ParameterSet& parameters = call.parameters;
   const std::string& method = parameters.text("method");
   const auto number = [&](const char* name) -> std::optional<double> {
@@ -206,7 +218,7 @@ Colours choose_colours(const OperationCall& call, std::span<const PlanePtr> chan
         choose_lupton(finite_channels(channels),
                       {channel_values(call, "minimum"), channel_values(call, "scale"),
                        number("stretch"), number("q")},
-                      call.threads);
+                      call.threads, factors);
     return {tone, ByteRounding::down,
             fmt::format("--minimum {} --scale {} --stretch {} --q {}", fmt::join(tone.minimum, ","),
                         fmt::join(tone.scale, ","), tone.stretch, tone.q)};
@@ -221,7 +233,7 @@ Colours choose_colours(const OperationCall& call, std::span<const PlanePtr> chan
     const PlainTone tone = {channel_limits(call, channels), number("gamma").value_or(1)};
     return {tone, ByteRounding::nearest, limits_text(tone.limits)};
   }
-  const PictureTone tone = automatic_tone(channels, call.threads);
+  const PictureTone tone = automatic_tone(channels, call.threads, {}, {}, factors);
   return {[tone](const Rgb& rgb) { return tone.colour(rgb); }, ByteRounding::nearest, ""};
 }
 
@@ -257,7 +269,9 @@ int make_rgb(const OperationCall& call) {
                    [&](std::size_t i) { return sources[i].plane; });
   }
   const std::vector<PlanePtr> channels = is_auto ? picture_channels(planes, wavelengths) : planes;
-  const Colours colours = choose_colours(call, channels);
+  const Rgb factors =
+      channel_factors(static_cast<int>(planes.size()), wavelengths, light_of_sources(sources));
+  const Colours colours = choose_colours(call, channels, factors);
   options.comment = call.history;
   if (!colours.options.empty()) options.comment += "; " + colours.options;
   write_rgb(options, channels, colours.colour, colours.rounding, call.threads);
@@ -316,7 +330,8 @@ Operation rgb_operation() {
           "by it, so hue stays. --minimum 0 --scale 1 and 8 bits give the bytes of Astropy's "
           "make_lupton_rgb, except that Astropy sometimes rounds a saturated 255 to 254. "
           "Defaults are chosen from the image: minimum is the sky, scale balances the "
-          "channels, stretch and Q show the outer disk and the nucleus.\nstiff (Bertin 2012): "
+          "channels, stretch and Q show the outer disk and the nucleus. Where all planes have "
+          "WAVELEN and MAGZERO, scale first makes their light that per unit wavelength.\nstiff (Bertin 2012): "
           "x = (c - minimum)/(maximum - minimum), Y = mean x, c' = (Y + saturation (x - Y)) "
           "Y^(1/luminance-gamma - 1), and the channel is c'^(1/gamma).\nplain: x^(1/gamma), "
           "each channel on its own.\nauto: any number of planes, as the renderer makes its "

@@ -254,6 +254,7 @@ class LevelView {
     head["height"] = job.camera.window().height;
     head["is_whole"] = !(has_parts && wants_components_);
     const std::string unit = unit_text(job.scene->unit);
+    const std::vector<double> magnitudes = zero_points(job);
     Json list = Json::array();
     for (const FramePlane& plane : planes) {
       const SpectralPlane& spectral = job.spectrum.planes[plane.plane];
@@ -261,6 +262,7 @@ class LevelView {
                       {"component", plane.component ? Json(*plane.component) : Json(nullptr)},
                       {"label", spectral.label},
                       {"wavelength", spectral.wavelength},
+                      {"zero_point", magnitudes.empty() ? Json() : Json(magnitudes[plane.plane])},
                       {"unit", unit}});
     }
     head["planes"] = list;

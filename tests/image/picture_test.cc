@@ -195,6 +195,56 @@ TEST(MakePicture, DoesNotDependOnTheUnit) {
   }
 }
 
+TEST(MakePicture, IsThatOfLightPerUnitWavelength) {
+  // An image in nJy, and the light per unit wavelength of it, f_nu/lambda^2.
+  const Image image = galaxy(64);
+  Image per_wavelength = image, counts = image;
+  const std::vector<double> zero_points = {31.4, 31.4, 31.4}, of_counts = {25.1, 25.9, 24.2};
+  for (int plane = 0; plane < 3; ++plane) {
+    const auto p = static_cast<std::size_t>(plane);
+    for (int i = 0; i < 64 * 64; ++i) {
+      per_wavelength.plane(plane)[i] /= std::pow(some_wavelengths[p] / 4400, 2);
+      counts.plane(plane)[i] *= std::pow(10, 0.4 * (of_counts[p] - 31.4));
+    }
+  }
+  const Picture expected = make_picture(per_wavelength, some_wavelengths);
+  const Picture same = make_picture(image, some_wavelengths, zero_points);
+  const Picture of_camera = make_picture(counts, some_wavelengths, of_counts);
+  const Picture redder = make_picture(image, some_wavelengths);
+  for (std::size_t i = 0; i < expected.rgb.size(); ++i) {
+    ASSERT_NEAR(same.rgb[i], expected.rgb[i], 1);
+    ASSERT_NEAR(of_camera.rgb[i], expected.rgb[i], 1);
+  }
+  const Colour a = pixel(same, 20, 20), b = pixel(redder, 20, 20);
+  EXPECT_LT(a[0] / a[2], 0.8 * b[0] / b[2]);
+}
+
+TEST(ChannelFactors, AreOfTheMeanLightOfTheirPlanes) {
+  const std::vector<double> light = light_of_unit({8000, 4000, 6000}, {25, 25, 26});
+  EXPECT_EQ(light[0], 1);
+  EXPECT_NEAR(light[1], 4, 1e-12);
+  EXPECT_NEAR(light[2], std::pow(10, -0.4) * 16 / 9, 1e-12);
+  const double mean = std::cbrt(light[0] * light[1] * light[2]);
+  // By wavelength, or in the order of the planes.
+  const Colour sorted = channel_factors(3, {8000, 4000, 6000}, light);
+  const Colour given = channel_factors(3, {}, light);
+  const int places[] = {0, 2, 1};
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(sorted[c], light[static_cast<std::size_t>(places[c])] / mean, 1e-12);
+    EXPECT_NEAR(given[c], light[c] / mean, 1e-12);
+  }
+  const Colour four = channel_factors(4, {7000, 6000, 5000, 4000}, {1, 2, 3, 4});
+  EXPECT_NEAR(four[2] / four[0], 3.5, 1e-12);
+  EXPECT_NEAR(four[1] / four[0], 2, 1e-12);
+  const Colour one = {1, 1, 1};
+  EXPECT_EQ(channel_factors(1, {5000}, {3}), one);
+  EXPECT_EQ(channel_factors(3, some_wavelengths, {}), one);
+  EXPECT_EQ(channel_factors(3, {}, {1, 0, 2}), one);
+  EXPECT_TRUE(light_of_unit(some_wavelengths, {}).empty());
+  EXPECT_TRUE(light_of_unit({}, {25}).empty());
+  EXPECT_THROW(light_of_unit({5000}, {25, 26}), std::invalid_argument);
+}
+
 /// What an astronomer wants to see in a picture of a galaxy.
 void expect_natural(const Picture& picture) {
   const int size = picture.width;

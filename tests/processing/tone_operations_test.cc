@@ -354,13 +354,31 @@ TEST_F(ToneOperations, LuptonBytesOfAFile) {
 }
 
 TEST_F(ToneOperations, AutomaticPictureIsTheRenderers) {
-  run("rgb --method auto in.fits out.png");
+  const std::vector<double> wavelengths = {5000, 6000, 7000}, zero_points = {32.4, 33.4, 34.4};
   Image image(image_width, image_height, 3);
   for (int plane = 0; plane < 3; ++plane) {
     const auto values = spot(plane);
     std::copy(values.begin(), values.end(), image.plane(plane));
   }
-  EXPECT_EQ(read_png(path("out.png")).values, make_picture(image, {5000, 6000, 7000}).rgb);
+  const Picture calibrated = make_picture(image, wavelengths, zero_points);
+  const Picture uncalibrated = make_picture(image, wavelengths);
+  EXPECT_NE(calibrated.rgb, uncalibrated.rgb);
+  run("rgb --method auto in.fits out.png");
+  EXPECT_EQ(read_png(path("out.png")).values, calibrated.rgb);
+  header_.remove("MAGZERO2");
+  write_fits(path("in.fits"), header_, {spot(0), spot(1), spot(2)});
+  run("rgb --method auto in.fits out.png --overwrite");
+  EXPECT_EQ(read_png(path("out.png")).values, uncalibrated.rgb);
+}
+
+TEST_F(ToneOperations, ChosenScaleMakesLightPerUnitWavelength) {
+  run("rgb in.fits chosen.png");
+  run("rgb --planes 3,2,1 in.fits planes.png");
+  EXPECT_EQ(read_png(path("planes.png")).values, read_png(path("chosen.png")).values);
+  header_.remove("MAGZERO2");
+  write_fits(path("in.fits"), header_, {spot(0), spot(1), spot(2)});
+  run("rgb in.fits plain.png");
+  EXPECT_NE(read_png(path("plain.png")).values, read_png(path("chosen.png")).values);
 }
 
 TEST_F(ToneOperations, WhatWasChosenMakesTheSamePictureAgain) {

@@ -41,6 +41,9 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// q05)/1.645. In a noise-free image with dark corners, m = 0; in an image with sky and noise, m is
 /// the sky.
 ///
+/// *Light per unit wavelength.* Channels are multiplied by channel_factors(), so that a picture does
+/// not depend on the image's unit. Light like that of the Sun is then nearly white.
+///
 /// *Balance.* L_c is the channel's light and L the mean of the L_c. The light of every channel is
 /// summed over the pixels in which some channel is 3 sigma above its sky. Channel c is multiplied
 /// by (L/L_c)^0.5. With exponent 1 every galaxy's sum would be white, with 0 red galaxies would be
@@ -52,8 +55,26 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// pixels with light. Where I_80 > 0.28 white the stretch is linear. The scale makes the largest
 /// channel 1 at its own 99.99 % quantile, so that the nucleus is not saturated.
 ///
-/// Quantiles use at most 2^20 pixels, evenly spread. `wavelengths` has one value per plane or none.
-Picture make_picture(const Image& image, const std::vector<double>& wavelengths);
+/// Quantiles use at most 2^20 pixels, evenly spread. `wavelengths` and `zero_points` have one value
+/// per plane or none.
+Picture make_picture(const Image& image, const std::vector<double>& wavelengths,
+                     const std::vector<double>& zero_points = {});
+
+/// Light per unit wavelength of the value 1 of each plane, in a common unit:
+///   10^(-0.4 (Z_p - Z_0)) (lambda_0/lambda_p)^2,
+/// where the zero point Z_p is the AB magnitude of the value 1. Empty where wavelengths or zero
+/// points are. Throws std::invalid_argument where their numbers differ.
+std::vector<double> light_of_unit(const std::vector<double>& wavelengths,
+                                  const std::vector<double>& zero_points);
+
+/// Factors of the channels of picture_channels() that make them light per unit wavelength; their
+/// product is 1. A channel has the mean `light` (light_of_unit()) of its planes. All factors are 1
+/// for one plane, and where `light` is empty.
+std::array<double, 3> channel_factors(int planes, const std::vector<double>& wavelengths,
+                                      const std::vector<double>& light);
+
+/// The zero points of a header's planes (cards MAGZERO); none where a plane has none.
+std::vector<double> zero_points_of(const ImageHeader& header);
 
 /// The channels that make_picture() makes of planes of equal size: one (grey) or three, red first.
 /// Pixels that are not finite are 0. Throws std::invalid_argument where there are wavelengths, but
@@ -85,10 +106,12 @@ std::vector<double> picture_white(const PictureTone& tone, int planes,
 
 /// Chooses slope and scale, and black and factor where they are not given. There are one or three
 /// `channels` with finite pixels, which are read once. A grey picture's three values are equal.
-/// `threads` is the number of threads that make the pixels.
+/// `threads` is the number of threads that make the pixels. The chosen factor includes those of
+/// channel_factors().
 PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
                            const std::optional<std::array<double, 3>>& black = {},
-                           const std::optional<std::array<double, 3>>& factor = {});
+                           const std::optional<std::array<double, 3>>& factor = {},
+                           const std::array<double, 3>& channel_factors = {1, 1, 1});
 
 /// The nearest of 65536 steps of [0, 1]; values outside go to the nearer end, NaN to 0.
 std::uint16_t to_16_bits(double value);
@@ -139,7 +162,8 @@ class PictureFile {
 };
 
 /// The tone that make_picture() chooses for an image.
-PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths);
+PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths,
+                        const std::vector<double>& zero_points = {});
 
 /// A writer that collects the image's channels, then makes and writes one picture (.png or .bmp) in
 /// any layout. A PNG keeps the header's tables.

@@ -110,6 +110,9 @@ RenderJob load_job(const JobRequest& request, Resources& resources);
 /// The resolved parameters of a record. Throws InputError.
 RenderParameters recorded_render_parameters(const Record& record);
 
+/// AB magnitude of the value 1 of each plane; none for relative light and for magnitudes.
+std::vector<double> zero_points(const RenderJob& job);
+
 /// The header of a job's image: its axes, units and photometric calibration, every resolved
 /// parameter, the scene's objects (table SCENE) and the record.
 ImageHeader make_image_header(const RenderJob& job);

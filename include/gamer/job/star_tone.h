@@ -1,5 +1,6 @@
 #pragma once
 
+#include "gamer/image/picture.h"
 #include "gamer/job/job.h"
 
 namespace gamer {
@@ -7,6 +8,9 @@ namespace gamer {
 /// Whether the white of a job's picture must be measured, because the discs of its stars are as
 /// bright.
 bool measures_star_tone(const RenderParameters& parameters, const Scene& scene);
+
+/// The tone of a picture of an image that has the planes of a job.
+PictureTone picture_tone(const RenderJob& job, const Image& image);
 
 /// Finds the tone of a job's picture, for the discs of its stars. It is image.tone where that is
 /// given, else automatic_tone() of some thousand evenly spread pixels whose stars are smooth light.

@@ -31,8 +31,6 @@ constexpr double sharp_frequency = 1.0;
 constexpr double age_fade = 0.2;
 // Growth of a cavity's depth with the age, relative to its largest depth over the whole range.
 constexpr double cavity_growth = 1.5;
-// Multiplier of the sequence of sizes: 2^64 over the golden ratio.
-constexpr std::uint64_t size_step = 0x9E3779B97F4A7C15u;
 
 // Wavelength of the first octave, in sizes of complexes. Wavelength of the last octave that decides
 // which cells of a level are occupied, in diameters of its largest clump.
@@ -273,7 +271,8 @@ void AssociationTexture::add_level(double least, double most) {
   for (std::size_t k = 0; k < clump_count; ++k) {
     const std::array<double, 3> u = numbers(k);
     const double size = std::pow(luminosity[k], 1 / p.size_exponent);
-    const double smaller = to_unit(k * size_step);
+    // Multiples of the golden ratio fill [0, 1[ evenly.
+    const double smaller = to_unit(k * golden_gamma);
     const double radius = 0.5 * p.largest * size * extent * (1 - p.size_scatter * smaller);
     const double age = p.age_range > 0 ? std::clamp((u[2] - p.age) / p.age_range, 0.0, 1.0) : 0;
     const double cavity = p.cavity * std::min(cavity_growth * age, 1.0) * std::sqrt(size);

@@ -16,7 +16,7 @@ import {planeGroups} from '../../../studio/plane_groups.js';
 import {gaussianKernel, seeingOf} from '../../../studio/seeing.js';
 import {columnsOf, hasInclination, poleOf, rowAfterDelete, rowsOf, valueOf, visibleRows} from '../../../studio/scene_rows.js';
 import {positionOf, sliderScale, text, valueAt} from '../../../studio/scale.js';
-import {automaticTone, channelWeights, colour, level, lightOf, plainLook, selected} from '../../../studio/stretch.js';
+import {automaticTone, channelFactors, channelWeights, colour, level, lightOf, plainLook, selected} from '../../../studio/stretch.js';
 import {completed, empty, enlarged, isEnd, putStrip} from '../../../studio/strips.js';
 import * as view from '../../../studio/view.js';
 import {skyOf} from '../../../studio/wcs.js';
@@ -346,6 +346,21 @@ test('the sky is black, and the white point is the 99.99 % quantile', () => {
   let sum = 0;
   const reference = lit.find((value) => (sum += value) >= 0.8 * total);
   near(level('asinh', reference, tone.slope, tone.white), 0.28, 1e-9);
+});
+
+test('channels become light per unit wavelength', () => {
+  const planes = [[8000, 25], [4000, 25], [6000, 26]].map(([wavelength, zero_point]) => ({wavelength, zero_point}));
+  const light = [1, 4, 10 ** -0.4 * 16 / 9], mean = Math.cbrt(light[0] * light[1] * light[2]);
+  const weights = channelWeights(planes.map((plane) => plane.wavelength));
+  nearAll(channelFactors(planes, weights), [light[0], light[2], light[1]].map((one) => one / mean), 1e-12);
+  assert.deepEqual(channelFactors([{...planes[0], zero_point: null}, planes[1], planes[2]], weights), [1, 1, 1]);
+  assert.deepEqual(channelFactors([planes[0]], [[1], [1], [1]]), [1, 1, 1]);
+  // The light of a channel times its factor decides on the balance.
+  const side = 64, disk = Float64Array.from({length: side * side}, (_, i) =>
+      Math.exp(-Math.hypot(i % side - 31.5, Math.floor(i / side) - 31.5) / 4));
+  const scaled = (factor) => disk.map((value) => value * factor);
+  const tone = automaticTone([scaled(1), scaled(1), scaled(1)], side, [0.5, 1, 2]);
+  near(tone.factor[0] / tone.factor[2], (0.5 / 2) ** 0.5, 1e-12);
 });
 
 test('the PSF is a Gaussian integrated over pixels', () => {
