@@ -12,7 +12,7 @@ for list in scenes/*.lst; do
   [[ -f docs/images/$name.png && $name != survey ]] || continue
   settings=(--set image.size=256 --set camera.supersample=2)
   case $name in
-    ngc4321) settings[1]=image.size=512 ;;
+    ngc4321 | pair) settings[1]=image.size=512 ;;
     m51 | milky_way | shader_galaxy) settings[1]=image.size=384 ;;
     field) settings=(--set "image.size=[440, 264]" --set camera.pixel_scale=0.0818) ;;
   esac
