@@ -490,17 +490,19 @@ std::vector<double> zero_points_of(const ImageHeader& header) {
   std::vector<double> zero_points;
   for (const std::vector<Card>& cards : header.plane_cards) {
     const auto found = std::ranges::find(cards, "MAGZERO", &Card::key);
-    if (found == cards.end()) return {};
-    zero_points.push_back(std::get<double>(found->value));
+    const double* zero_point = found == cards.end() ? nullptr : std::get_if<double>(&found->value);
+    if (zero_point == nullptr) return {};
+    zero_points.push_back(*zero_point);
   }
+  if (zero_points.size() != static_cast<std::size_t>(header.planes())) return {};
   return zero_points;
 }
 
 PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths,
                         const std::vector<double>& zero_points) {
-  return automatic_tone(picture_channels(views(image), wavelengths), 1, {}, {},
-                        channel_factors(image.planes(), wavelengths,
-                                        light_of_unit(wavelengths, zero_points)));
+  return automatic_tone(
+      picture_channels(views(image), wavelengths), 1, {}, {},
+      channel_factors(image.planes(), wavelengths, light_of_unit(wavelengths, zero_points)));
 }
 
 Picture make_picture(const Image& image, const std::vector<double>& wavelengths,
@@ -510,10 +512,9 @@ Picture make_picture(const Image& image, const std::vector<double>& wavelengths,
   for (std::size_t c = 0; c < planes.size(); ++c) {
     planes[c]->read(planes[c]->whole(), channels.plane(static_cast<int>(c)));
   }
-  const PictureTone tone =
-      automatic_tone(views(channels), 1, {}, {},
-                     channel_factors(image.planes(), wavelengths,
-                                        light_of_unit(wavelengths, zero_points)));
+  const PictureTone tone = automatic_tone(
+      views(channels), 1, {}, {},
+      channel_factors(image.planes(), wavelengths, light_of_unit(wavelengths, zero_points)));
   Picture picture{image.width(), image.height(), {}};
   for_each_picture_row(channels, tone, [&](const std::vector<std::uint16_t>& row) {
     picture.rgb.insert(picture.rgb.end(), row.begin(), row.end());

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -92,8 +93,10 @@ std::string unit_text(PixelUnit unit) {
 namespace {
 
 /// Flux density of the value 1 of a plane, nJy. It is per pixel, or per arcsec^2 for brightnesses.
-double unit_in_nanojansky(const SpectralPlane& plane, const RenderJob& job) {
+/// Relative light and magnitudes, which are not linear, have none.
+std::optional<double> unit_in_nanojansky(const SpectralPlane& plane, const RenderJob& job) {
   const PixelUnit unit = job.scene->unit;
+  if (unit == PixelUnit::relative || unit == PixelUnit::magnitude) return std::nullopt;
   return (counts_flux(unit) ? 1 : square_arcsecond) /
          value_of_nanojansky(plane, unit, job.parameters);
 }
@@ -106,17 +109,16 @@ std::vector<Card> calibration_cards(const SpectralPlane& plane, const RenderJob&
   const PixelUnit unit = job.scene->unit;
   if (unit == PixelUnit::relative) return cards;
   cards.push_back({"PHOTPLAM", plane.wavelength, "[Angstrom] pivot wavelength"});
-  // Magnitudes are not a linear unit.
-  if (unit == PixelUnit::magnitude) return cards;
+  const std::optional<double> unit_flux = unit_in_nanojansky(plane, job);
+  if (!unit_flux) return cards;
   const bool is_flux = counts_flux(unit);
-  const double unit_flux = unit_in_nanojansky(plane, job);
-  const double zero_point = ab_magnitude(unit_flux);
+  const double zero_point = ab_magnitude(*unit_flux);
   const double f_lambda =
       nanojansky_in_cgs * speed_of_light / (plane.wavelength * plane.wavelength);
   cards.push_back({"MAGZERO", zero_point,
                    fmt::format("AB magnitude of 1 unit per {}", is_flux ? "pixel" : "arcsec2")});
   cards.push_back({"PHOTZP", zero_point, "the same"});
-  cards.push_back({"PHOTFLAM", f_lambda * unit_flux, "[erg/s/cm2/Angstrom] of 1 unit"});
+  cards.push_back({"PHOTFLAM", f_lambda * *unit_flux, "[erg/s/cm2/Angstrom] of 1 unit"});
   return cards;
 }
 
@@ -297,11 +299,11 @@ RenderJob load_job(const JobRequest& request, Resources& resources) {
 }
 
 std::vector<double> zero_points(const RenderJob& job) {
-  const PixelUnit unit = job.scene->unit;
   std::vector<double> zero_points;
-  if (unit == PixelUnit::relative || unit == PixelUnit::magnitude) return zero_points;
   for (const SpectralPlane& plane : job.spectrum.planes) {
-    zero_points.push_back(ab_magnitude(unit_in_nanojansky(plane, job)));
+    const std::optional<double> unit_flux = unit_in_nanojansky(plane, job);
+    if (!unit_flux) return {};
+    zero_points.push_back(ab_magnitude(*unit_flux));
   }
   return zero_points;
 }

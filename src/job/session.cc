@@ -124,8 +124,9 @@ class RenderInProgress {
     rendering_.truth_images = Image(width, height, renderer.planes() - planes);
     tell(Stage::rows, 0, height);
     std::vector<RowRange> blocks = render_blocks(renderer, executor_);
-    // Whoever looks at finished rows wants them soon.
-    if (control_.finished) blocks = from_middle(blocks, height, Renderer::tile_rows);
+    // Whoever looks at finished rows wants them soon. Ranks of a team agree on the blocks.
+    if (control_.finished && !control_.team)
+      blocks = from_middle(blocks, height, Renderer::tile_rows);
     std::mutex mutex;
     double unconverged = 0;
     int done = 0;

@@ -111,21 +111,11 @@ void TeamExecutor::share(std::span<const RowRange> blocks, std::size_t values_pe
   });
 }
 
-void TeamExecutor::run_alone(std::span<const RowRange> blocks, std::size_t values_per_row,
-                             const Compute& compute, const Consume& consume) {
-  try {
-    threads_.run(blocks, values_per_row, compute, consume);
-  } catch (...) {
-    is_over_ = true;
-    throw;
-  }
-}
-
 void TeamExecutor::run(std::span<const RowRange> blocks, std::size_t values_per_row,
                        const Compute& compute, const Consume& consume) {
   const RunTimes before = threads_.times();
   if (team_.size == 1) {
-    run_alone(blocks, values_per_row, compute, consume);
+    threads_.run(blocks, values_per_row, compute, consume);
     add_times(threads_.times() - before);
     return;
   }

@@ -133,7 +133,7 @@ LuptonTone choose_lupton(std::span<const PlanePtr> channels, const LuptonChoice&
     tone.stretch = *choice.stretch;
     return tone;
   }
-  const PictureTone automatic = 
+  const PictureTone automatic =
       automatic_tone(channels, threads, choice.minimum, choice.scale, factors);
   tone.minimum = automatic.black;
   tone.scale = automatic.factor;

@@ -270,7 +270,7 @@ TEST(Session, TellsOfProgressInTheCallersThread) {
   EXPECT_EQ(rendering.truth->rows(), 1u);
 }
 
-TEST(Session, GivesFinishedRowsFromTheMiddleBeforeItEnds) {
+TEST(Session, GivesFinishedRowsFromTheMiddle) {
   const int height = 100;
   const std::string tall = replaced(view, "[30, 20]", "[10, 100]");
   for (const int threads : {1, 2}) {

@@ -125,7 +125,6 @@ TEST(TeamExecutor, ASingleRankConsumesEachBlockWhenItIsFinished) {
   EXPECT_EQ(consumed, 350);
   const auto fail = [](RowRange, std::span<double>) { throw std::runtime_error("no light"); };
   EXPECT_THROW(executor.run(even_blocks(4, 2), 1, fail, [](auto, auto) {}), std::runtime_error);
-  executor.leave();
 }
 
 TEST(TeamExecutor, AFailureEndsAllRanks) {

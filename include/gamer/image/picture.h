@@ -41,8 +41,9 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// q05)/1.645. In a noise-free image with dark corners, m = 0; in an image with sky and noise, m is
 /// the sky.
 ///
-/// *Light per unit wavelength.* Channels are multiplied by channel_factors(), so that a picture does
-/// not depend on the image's unit. Light like that of the Sun is then nearly white.
+/// *Light per unit wavelength.* Channels of calibrated planes are multiplied by channel_factors().
+/// Light like that of the Sun is then nearly white, and a picture of three planes does not depend
+/// on the image's unit.
 ///
 /// *Balance.* L_c is the channel's light and L the mean of the L_c. The light of every channel is
 /// summed over the pixels in which some channel is 3 sigma above its sky. Channel c is multiplied
@@ -73,7 +74,8 @@ std::vector<double> light_of_unit(const std::vector<double>& wavelengths,
 std::array<double, 3> channel_factors(int planes, const std::vector<double>& wavelengths,
                                       const std::vector<double>& light);
 
-/// The zero points of a header's planes (cards MAGZERO); none where a plane has none.
+/// The zero points of a header's planes: the numbers of cards MAGZERO. Empty where a plane has
+/// none.
 std::vector<double> zero_points_of(const ImageHeader& header);
 
 /// The channels that make_picture() makes of planes of equal size: one (grey) or three, red first.

@@ -61,8 +61,8 @@ struct RenderControl {
   bool truth_images = false;  ///< make those images even without the table
   /// Called in the thread that called Session::render(). An exception of it ends the render.
   std::function<void(const RenderProgress&)> progress = {};
-  /// Called in that thread with finished rows of an image, in any order. An exception of it ends
-  /// the render.
+  /// Called in that thread with finished rows of an image. Without a team rows come from the middle
+  /// outwards, at most Renderer::tile_rows at once. An exception of it ends the render.
   std::function<void(RowRange rows, const Rendering& rendering)> finished = {};
   /// Ends the render at the next tile; Session::render() then throws Cancelled. May be null.
   const Cancellation* cancellation = nullptr;

@@ -49,8 +49,6 @@ class TeamExecutor : public Executor {
   /// Meets the others, and throws on every rank when one of them has failed or `agreed` differs.
   void meet(const std::exception_ptr& failure, std::uint64_t agreed);
   void add_up(std::span<std::byte> integers);
-  void run_alone(std::span<const RowRange> blocks, std::size_t values_per_row,
-                 const Compute& compute, const Consume& consume);
   void share(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
              std::vector<double>& values);
 
