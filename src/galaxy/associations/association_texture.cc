@@ -271,8 +271,7 @@ void AssociationTexture::add_level(double least, double most) {
   for (std::size_t k = 0; k < clump_count; ++k) {
     const std::array<double, 3> u = numbers(k);
     const double size = std::pow(luminosity[k], 1 / p.size_exponent);
-    // Multiples of the golden ratio fill [0, 1[ evenly.
-    const double smaller = to_unit(k * golden_gamma);
+    const double smaller = to_unit(k * golden_gamma);  // fills [0, 1[ evenly
     const double radius = 0.5 * p.largest * size * extent * (1 - p.size_scatter * smaller);
     const double age = p.age_range > 0 ? std::clamp((u[2] - p.age) / p.age_range, 0.0, 1.0) : 0;
     const double cavity = p.cavity * std::min(cavity_growth * age, 1.0) * std::sqrt(size);
