@@ -240,8 +240,8 @@ def bmp(content):
 class Discs(unittest.TestCase):
     """Bright stars of pictures are discs of the picture's white."""
 
-    def render(self, folder, output, rows, *, ranks=1, **more):
-        scene = SKY_SCENE + "".join(STAR.format(*star) for star in rows)
+    def render(self, folder, output, rows, *, ranks=1, galaxy=SKY_SCENE, **more):
+        scene = galaxy + "".join(STAR.format(*star) for star in rows)
         folder.write("sky.par", view(output, **more))
         folder.write("sky.lst", scene)
         (folder.path / output).unlink(missing_ok=True)
@@ -273,10 +273,11 @@ class Discs(unittest.TestCase):
                 self.assertAlmostEqual(light / point.sum(), 1, delta=2e-6)
 
     def test_white_is_that_of_the_brightest_pixels(self):
-        """A star of the galaxy's colour becomes a disc as bright as the galaxy's middle."""
+        """A white star becomes a disc as bright as a white galaxy's middle: equal light per unit wavelength."""
         with SkyFolder() as folder:
-            galaxy = self.render(folder, "galaxy.fits", [])
-            discs = self.render(folder, "out.fits", [(21, "flat_fnu")], stars={"discs": True, "halo": 0}) - galaxy
+            white = SKY_SCENE.replace("flat_fnu", "flat")
+            galaxy = self.render(folder, "galaxy.fits", [], galaxy=white)
+            discs = self.render(folder, "out.fits", [(21, "flat")], galaxy=white, stars={"discs": True, "halo": 0}) - galaxy
             for plane, light in zip(discs, galaxy):
                 ratio = np.median(plane[plane > 0.5 * plane.max()]) / np.sort(light.ravel())[-4]
                 self.assertAlmostEqual(ratio, 1, delta=0.025)
