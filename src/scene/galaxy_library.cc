@@ -19,7 +19,7 @@ namespace {
 
 // Drafts are measured with the knobs of this tolerance, over so many points of each component.
 constexpr double draft_tolerance = 0.1;
-constexpr std::size_t draft_points = std::size_t{3} << 11;
+constexpr std::size_t draft_points = std::size_t{1} << 13;
 
 }  // namespace
 

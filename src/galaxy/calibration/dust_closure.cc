@@ -14,7 +14,7 @@ namespace {
 
 // Numbers of rays, and of points on face-on rays, on which the transmission of dust is measured.
 constexpr std::size_t coherence_rays = std::size_t{1} << 12;
-// Where clouds have fewer than coarse_points points, coarse_rays rays suffice.
+// Where clouds have at most coarse_points points, coarse_rays rays suffice.
 constexpr std::size_t coarse_points = std::size_t{1} << 13;
 constexpr std::size_t coarse_rays = std::size_t{1} << 11;
 constexpr double coherence_heights = 10;
@@ -219,7 +219,7 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
 
 }  // namespace
 
-bool is_coarse_closure(const Galaxy& galaxy) { return galaxy.most_cloud_points() < coarse_points; }
+bool is_coarse_closure(const Galaxy& galaxy) { return galaxy.most_cloud_points() <= coarse_points; }
 
 DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std::size_t obliquity,
                                        std::span<const double> widths) {

@@ -15,8 +15,8 @@ from studio_client import Studio
 GSTUDIO = pathlib.Path(sys.argv[1]).resolve()
 SOURCE = pathlib.Path(sys.argv[3]).resolve()
 SIDE, TOLERANCE = 96, 1e-3
-# At most twice the largest differences of galaxies and of components with a thousandth of a galaxy's light: 0.0045 and 0.046.
-MOST, MOST_OF_COMPONENT = 0.0076, 0.07
+# At most twice the largest differences of galaxies and of components with a thousandth of a galaxy's light: 0.0043 and 0.032.
+MOST, MOST_OF_COMPONENT = 0.0076, 0.038
 
 
 def sums(frame):
