@@ -373,6 +373,18 @@ class Views(unittest.TestCase):
                 for key in ("CRPIX1", "CRVAL1", "CDELT1", "CTYPE1", "CRPIX2", "CDELT2"):
                     self.assertEqual(fine[0]["wcs"][key], file[0].header[key], key)
 
+    def test_planes_of_fluxes_have_zero_points(self):
+        with Folder() as folder:
+            page, document = folder.open()
+            settings = ["image.size=[8,6]"]
+            (frame,) = view(page, 1, document, [[8, 6, None]], settings=settings)
+            self.assertEqual({plane["zero_point"] for plane in frame[0]["planes"]}, {None})
+            document["scene"] = f"galaxy x y z apparent_magnitude\n{document['chosen']} 0 0 0 15\n"
+            (frame,) = view(page, 2, document, [[8, 6, None]],
+                            settings=[*settings, "image.unit=nJy", "scene.unit=kpc"])
+            for plane in frame[0]["planes"]:
+                self.assertAlmostEqual(plane["zero_point"], 31.4, places=9)
+
     def test_a_scene(self):
         with Folder("render.par", "scene.lst") as folder:
             page, document = folder.open()
