@@ -28,11 +28,12 @@ constexpr std::size_t first_cloud = std::size_t{1} << 13;
 constexpr std::size_t rough = 8;
 constexpr double least_larger_cloud = 1 << 15;
 constexpr double cloud_margin = 1.5;
-// Largest error of the mean of a fully resolved texture. Errors of dust in front of stars do not
-// average out.
-constexpr double whole_error = 0.003;
-// Ratio of these errors for dust of galaxies of fixed flux, where they change colours alone.
+// Ratio of these errors for dust of galaxies of fixed flux, where they change colours alone. The
+// closure takes it, too: its variance hardly depends on the mean.
 constexpr double dust_mean_error = 4;
+// Galaxies with stars are seen from within, where a camera may see little but one component. There
+// a component counts as at least this share of the light.
+constexpr double least_share_within = 0.25;
 // Number of batches of a slice; processes share large clouds in slices.
 constexpr std::size_t slice_batches = 128;
 // Widest footprint at which means are tabulated, and the ratio of successive footprints.
@@ -293,9 +294,9 @@ void GalaxyStatistics::measure_all() {
 }
 
 double GalaxyStatistics::share(std::size_t c) const {
-  // Galaxies with stars are seen from within, where a camera may see little but one component.
-  if (component_at(c).absorbs() || light_ == 0 || footprints_.sees_whole) return 1;
-  return galaxy_.luminosity(c) / light_;
+  if (component_at(c).absorbs() || light_ == 0) return 1;
+  const double share = galaxy_.luminosity(c) / light_;
+  return footprints_.sees_whole ? std::max(share, least_share_within) : share;
 }
 
 std::size_t GalaxyStatistics::first_points() const {
@@ -323,18 +324,18 @@ void GalaxyStatistics::normalise(std::size_t c) {
   is_normalised_[c] = true;
 }
 
-double GalaxyStatistics::wanted_error(std::size_t c, double footprint) const {
-  double error = footprint > 0 ? galaxy_.mean_error() : std::min(galaxy_.mean_error(), whole_error);
-  if (!is_reference() && !footprints_.needs_light_means) error *= dust_mean_error;
+double GalaxyStatistics::wanted_error(std::size_t c) const {
+  double error = galaxy_.mean_error();
+  if (is_reference() || !footprints_.needs_light_means) error *= dust_mean_error;
   return error / std::sqrt(share(c));
 }
 
-double GalaxyStatistics::error_of_texture_mean(std::size_t c, double footprint) const {
-  return std::exp2(std::floor(std::log2(wanted_error(c, footprint))));
+double GalaxyStatistics::error_of_texture_mean(std::size_t c) const {
+  return std::exp2(std::floor(std::log2(wanted_error(c))));
 }
 
 std::size_t GalaxyStatistics::points_needed(const Mean& mean, double error) const {
-  const double excess = error / wanted_error(mean.component, mean.footprint);
+  const double excess = error / wanted_error(mean.component);
   const auto first = static_cast<double>(first_points());
   if (!(excess > 1) || galaxy_.most_cloud_points() <= first_points()) return 0;
   const double needed = std::max(cloud_margin * first * excess * excess, least_larger_cloud);
@@ -348,8 +349,7 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
   }
   NumberWriter writer(numbers);
   if (component_at(c).has_texture_mean()) {
-    std::vector<double> errors;
-    for (const double width : widths) errors.push_back(error_of_texture_mean(c, width));
+    const std::vector<double> errors(widths.size(), error_of_texture_mean(c));
     for (const double mean :
          component_at(c).texture_means(widths, errors, galaxy_.most_cloud_points())) {
       writer.add(mean);

@@ -15,8 +15,8 @@ namespace gamer {
 struct FootprintRange {
   double narrowest = 0;
   double widest = HUGE_VAL;
-  /// Whether something resolves the whole texture, as the light of drawn stars does. Means are then
-  /// as exact as if each component were all of the galaxy's light.
+  /// Whether something resolves the whole texture, as the light of drawn stars does. Means of faint
+  /// components are then more exact.
   bool sees_whole = false;
   /// Whether the mean of Phi over components that emit is needed. This mean is superfluous where
   /// all rays of the galaxy together fix its light (PlacedGalaxy::light_factors).
