@@ -68,8 +68,7 @@ std::string resume_command(int argc, char** argv) {
 class CommandLine {
  public:
   CommandLine();
-  CommandLine(const CommandLine&) = delete;
-  CommandLine& operator=(const CommandLine&) = delete;
+  CommandLine& operator=(CommandLine&&) = delete;
 
   /// Throws InputError.
   Options parse(int argc, char** argv);

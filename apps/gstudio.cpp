@@ -28,8 +28,7 @@ void say(const std::string& text) {
 class CommandLine {
  public:
   CommandLine();
-  CommandLine(const CommandLine&) = delete;
-  CommandLine& operator=(const CommandLine&) = delete;
+  CommandLine& operator=(CommandLine&&) = delete;
 
   /// Throws InputError.
   void parse(int argc, char** argv);

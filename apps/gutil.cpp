@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <string>
 #include <vector>
@@ -17,10 +18,7 @@
 namespace {
 
 bool asks_for(const std::vector<std::string>& arguments, const std::string& option) {
-  for (const std::string& argument : arguments) {
-    if (argument == option) return true;
-  }
-  return false;
+  return std::ranges::find(arguments, option) != arguments.end();
 }
 
 int run(const std::vector<std::string>& arguments) {

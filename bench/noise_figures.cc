@@ -9,7 +9,6 @@
 #include <iostream>
 #include <numbers>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 

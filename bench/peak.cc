@@ -20,8 +20,7 @@ constexpr std::size_t chains = 12;
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -55,8 +54,7 @@ float WorkAtPeak(float factor, float term) {
   return hn::GetLane(hn::SumOfLanes(d, hn::Add(first, second)));
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

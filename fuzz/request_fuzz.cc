@@ -2,7 +2,6 @@
 // Without the secrets nothing is given away.
 
 #include <cstdint>
-#include <optional>
 #include <string_view>
 
 #include "expectations.h"

@@ -19,8 +19,7 @@ class DenormalsAreZero {
   // User-provided, so that compilers do not warn of an unused variable.
   DenormalsAreZero() {}
 #endif
-  DenormalsAreZero(const DenormalsAreZero&) = delete;
-  DenormalsAreZero& operator=(const DenormalsAreZero&) = delete;
+  DenormalsAreZero& operator=(DenormalsAreZero&&) = delete;
 
  private:
 #if defined(__SSE__)

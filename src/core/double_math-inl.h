@@ -15,8 +15,7 @@
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -103,8 +102,7 @@ HWY_INLINE V ExpDouble(D d, V x) {
   return hn::Mul(Polynomial(d, r, taylor), hn::BitCast(d, hn::ShiftLeft<mantissa_bits>(exponent)));
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

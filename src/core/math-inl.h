@@ -10,8 +10,7 @@
 #include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -82,6 +81,18 @@ HWY_INLINE V Log(D d, V x) {
   return hn::MulAdd(e, hn::Set(d, 0.693359375f), hn::Add(f, y));
 }
 
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Clamp01(D d, V x) {
+  return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, 1.0f));
+}
+
+/// u^2 (3 - 2 u), u = clamp(x, 0, 1).
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE V Smoothstep(D d, V x) {
+  const V u = Clamp01(d, x);
+  return hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
+}
+
 /// x^p for x >= 0 as e^(p ln x); relative error below 2e-7 (1 + |p ln x|) in the domains of Exp and
 /// Log.
 template <class D, class V = hn::Vec<D>>
@@ -148,8 +159,7 @@ HWY_INLINE V Atan2(D d, V y, V x) {
   return hn::CopySign(a, y);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -99,8 +99,7 @@ class Team {
     is_over_ = true;
     begun_.notify_all();
   }
-  Team(const Team&) = delete;
-  Team& operator=(const Team&) = delete;
+  Team& operator=(Team&&) = delete;
 
   std::size_t size() const { return others_.size() + 1; }
 

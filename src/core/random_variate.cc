@@ -70,8 +70,7 @@ struct Places {
 #endif  // GAMER_CORE_RANDOM_VARIATE_ONCE_
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 namespace {
 
 using DD = hn::CappedTag<double, most_lanes>;
@@ -433,8 +432,7 @@ void NormalVariates(std::uint64_t key, std::uint64_t first, double* out, std::si
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -15,8 +15,7 @@
 #include "galaxy/arm_courses.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// An arm's offset, strength and inverse width at each radius of a vector.
 template <class D>
@@ -131,8 +130,7 @@ HWY_INLINE V ArmFactor(D d, V r, V angle, const ArmFactorInput& in) {
   return hn::MulAdd(hn::Set(d, in.floor - 1), missed, one);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

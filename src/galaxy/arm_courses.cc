@@ -16,8 +16,7 @@
 #include "gamer/core/units.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 void StraightenArms(const Points& points, const float* HWY_RESTRICT winding, float shift,
                     const float* table, std::size_t arm_size, int trunks, float* HWY_RESTRICT x,
@@ -52,8 +51,7 @@ void StraightenArms(const Points& points, const float* HWY_RESTRICT winding, flo
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
@@ -62,8 +60,6 @@ namespace gamer {
 HWY_EXPORT(StraightenArms);
 
 namespace {
-
-constexpr double turn = 2 * std::numbers::pi;
 
 // Lengths over which an arm rises from its begin and falls to its end, galaxy radii.
 constexpr double rise = 0.08;
@@ -116,7 +112,7 @@ struct ArmCourses::Arm {
   std::vector<double> kinks;    ///< increasing radii
   std::vector<double> pitches;  ///< radians; empty for the pattern's law
   std::uint64_t seed = 1;
-  double spacing = turn;  ///< angle between neighbouring trunks
+  double spacing = full_turn;  ///< angle between neighbouring trunks
 
   /// The keys of [arms] that hold for each arm, and those of [[arm]].
   BoundTable common_keys();
@@ -195,7 +191,7 @@ std::vector<double> ArmCourses::Arm::strengths() const {
       high += beat_length * (0.6 + 0.8 * draws.next());
       depth = strength_variation * (0.4 + 0.6 * draws.next());
     }
-    const double phase = turn * (r - low) / (high - low);
+    const double phase = full_turn * (r - low) / (high - low);
     const double beat = r < begin ? 1.0 : 1 - depth * (0.5 - 0.5 * std::cos(phase));
     const double risen = begin > 0 ? smooth_step((r - begin) / rise) : 1.0;
     result.push_back(strength * beat * risen * smooth_step((end - r) / fall));
@@ -322,7 +318,7 @@ ArmCourses::ArmCourses(const ArmPattern& pattern, const ParameterSet& common,
         arm.pitches.push_back(angle * degree);
     }
     if (!values.has("seed")) arm.seed = hash_words({arm.seed, places.size() + 1});
-    arm.spacing = turn / std::max(trunks_, 1);
+    arm.spacing = full_turn / std::max(trunks_, 1);
     if (values.has("leaves")) {
       const std::size_t left = places[static_cast<std::size_t>(values.integer("leaves")) - 1];
       arm.offset = at(left, arm.begin).offset;
@@ -369,8 +365,8 @@ void ArmCourses::straighten(const Points& points, const ArmPattern& pattern, dou
 }
 
 ArmProfile::ArmProfile(double arm_width, int trunks) {
-  const double half_maximum = turn * (1 - std::exp2(-1 / arm_width));
-  const double spacing = turn / std::max(trunks, 1);
+  const double half_maximum = full_turn * (1 - std::exp2(-1 / arm_width));
+  const double spacing = full_turn / std::max(trunks, 1);
   const double per_width = 2 * std::sqrt(2 * std::numbers::ln2);
   width = std::min(std::min(half_maximum, 0.5 * spacing) / per_width, widest);
   floor = std::pow(1 - 1.0 / std::max(trunks, 2), arm_width);
@@ -386,13 +382,14 @@ double ArmProfile::mean(const ArmCourses& courses, double r) const {
     narrowest = std::min(narrowest, width * place.width);
   }
   // The trapezoidal rule converges exponentially for sums of Gaussian functions.
-  const int steps = std::clamp(static_cast<int>(std::ceil(turn / (0.7 * narrowest))), 32, 4096);
+  const int steps =
+      std::clamp(static_cast<int>(std::ceil(full_turn / (0.7 * narrowest))), 32, 4096);
   double sum = 0;
   for (int i = 0; i < steps; ++i) {
-    const double angle = turn * i / steps;
+    const double angle = full_turn * i / steps;
     double missed = 1;
     for (const ArmCourses::Place& place : places) {
-      const double x = std::remainder(angle - place.offset, turn) / (width * place.width);
+      const double x = std::remainder(angle - place.offset, full_turn) / (width * place.width);
       missed *= 1 - place.strength * std::exp(-0.5 * x * x);
     }
     sum += 1 - missed;

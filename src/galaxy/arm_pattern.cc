@@ -14,8 +14,7 @@
 #include "gamer/core/units.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 void RingermacherMead(const float* HWY_RESTRICT r, std::size_t size, float a, float b, float n,
                       float sign, float* HWY_RESTRICT theta) {
@@ -66,8 +65,7 @@ void LogarithmicShear(const float* HWY_RESTRICT r, std::size_t size, float inver
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
@@ -80,7 +78,6 @@ HWY_EXPORT(LogarithmicShear);
 
 namespace {
 
-constexpr double turn = 2 * std::numbers::pi;
 constexpr double default_logarithmic_scale = 0.1;
 constexpr double default_ringermacher_mead_scale = 1.0;
 
@@ -144,7 +141,8 @@ void check_sweep(const ArmPattern& arms, const ParameterSet& values) {
   const char* key = values.is_given("pitch_angle") ? "pitch_angle" : "scale";
   throw InputError(values.where(key),
                    std::string(key) + " winds the arms too often around to be resolved; at most " +
-                       std::to_string(std::lround(largest_winding / turn)) + " turns are possible");
+                       std::to_string(std::lround(largest_winding / full_turn)) +
+                       " turns are possible");
 }
 
 }  // namespace
@@ -196,7 +194,7 @@ ArmPattern ArmPattern::read(const ConfigNode& node, const ConfigNode* list) {
   } else {
     const auto count = list != nullptr ? ArmCourses::trunks(*list) : values.integer("count");
     for (std::int64_t i = 0; i < count; ++i) {
-      arms.offsets_.push_back(turn * static_cast<double>(i) / static_cast<double>(count));
+      arms.offsets_.push_back(full_turn * static_cast<double>(i) / static_cast<double>(count));
     }
   }
   check_sweep(arms, values);

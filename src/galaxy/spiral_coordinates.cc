@@ -12,6 +12,7 @@
 
 #include "core/math-inl.h"
 #include "galaxy/arm_courses.h"
+#include "gamer/core/units.h"
 
 #ifndef GAMER_GALAXY_SPIRAL_COORDINATES_KERNEL
 #define GAMER_GALAXY_SPIRAL_COORDINATES_KERNEL
@@ -39,8 +40,7 @@ struct SpiralKernelInput {
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// The angle of a direction from `along` towards `across`, in turns. It is found by octants, so
 /// that it is exactly +-1/2 at the cut.
@@ -135,8 +135,7 @@ void SpiralKernel(const Points& points, const SpiralKernelInput& in, SpiralBatch
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
@@ -146,10 +145,8 @@ HWY_EXPORT(SpiralKernel);
 
 namespace {
 
-constexpr double turn = 2 * std::numbers::pi;
-
 // The largest tan p in h, which would grow without limit in a bar.
-const double steepest_tangent = std::tan(80 * turn / 360);
+const double steepest_tangent = std::tan(80 * full_turn / 360);
 
 // The innermost radius for the reference pitch, which is a median over radii outwards.
 constexpr double reference_radius = 0.15;
@@ -168,11 +165,11 @@ double slope_of(const ArmPattern& arms, double r) {
 
 bool SpiralCoordinates::fits(const ArmPattern& arms) {
   if (!arms.has_arms()) return false;
-  const double spacing = turn / arms.count();
+  const double spacing = full_turn / arms.count();
   std::vector<double> angles;
   for (const double offset : arms.offsets()) {
     const double away = offset - arms.offsets().front();
-    angles.push_back(away - turn * std::floor((away + offset_tolerance) / turn));
+    angles.push_back(away - full_turn * std::floor((away + offset_tolerance) / full_turn));
   }
   std::ranges::sort(angles);
   for (std::size_t i = 0; i < angles.size(); ++i) {
@@ -225,10 +222,10 @@ SpiralCoordinates::SpiralCoordinates(const ArmPattern& arms, double shift) {
            (h_slope + 4 * slopes(s + 0.5 * table_step).second + slopes(s + table_step).second);
     }
     double* node = nodes_.data() + 4 * k;
-    node[0] = count_ / turn * orientation_ * arms.winding(std::exp(s));
-    node[1] = count_ / turn * g_slope * table_step;
-    node[2] = -cycle_ / turn * h;
-    node[3] = -cycle_ / turn * h_slope * table_step;
+    node[0] = count_ / full_turn * orientation_ * arms.winding(std::exp(s));
+    node[1] = count_ / full_turn * g_slope * table_step;
+    node[2] = -cycle_ / full_turn * h;
+    node[3] = -cycle_ / full_turn * h_slope * table_step;
   }
   table_.assign(nodes_.begin(), nodes_.end());
 }
@@ -245,8 +242,7 @@ SpiralCoordinates::Law SpiralCoordinates::law(double s) const {
   if (nodes_.empty()) {
     const double square = std::exp(2 * s);
     const double sum = square + core_ * core_;
-    return {start_ + 0.5 * std::log(sum) / tangent_, square / sum / tangent_, s * tangent_,
-            tangent_};
+    return {start_ + 0.5 * std::log(sum) / tangent_, square / sum / tangent_, s * tangent_};
   }
   const double position = std::clamp((s - table_start) / table_step, 0.0, double{table_steps});
   const int k = std::min(static_cast<int>(position), table_steps - 1);
@@ -257,24 +253,18 @@ SpiralCoordinates::Law SpiralCoordinates::law(double s) const {
     return node[c] + t * rise +
            t * (1 - t) * ((node[c + 1] - rise) * (1 - t) - (node[c + 5] - rise) * t);
   };
-  const auto slope = [&](int c) {
-    return (node[c + 1] + t * (node[c + 5] - node[c + 1])) / table_step;
-  };
-  return {turn / count_ * cubic(0), turn / count_ * slope(0), -turn / cycle_ * cubic(2),
-          -turn / cycle_ * slope(2)};
+  const double slope = (node[1] + t * (node[5] - node[1])) / table_step;
+  return {full_turn / count_ * cubic(0), full_turn / count_ * slope,
+          -full_turn / cycle_ * cubic(2)};
 }
 
 SpiralCoordinates::Position SpiralCoordinates::at(double r, double theta) const {
   const Law known = law(std::log(r));
-  return {count_ / turn * (known.g - theta), -cycle_ / turn * (known.h + theta)};
+  return {count_ / full_turn * (known.g - theta), -cycle_ / full_turn * (known.h + theta)};
 }
 
 double SpiralCoordinates::u_gradient(double r) const {
-  return count_ / turn * std::hypot(1.0, law(std::log(r)).g_slope) / r;
-}
-
-double SpiralCoordinates::v_gradient(double r) const {
-  return cycle_ / turn * std::hypot(1.0, law(std::log(r)).h_slope) / r;
+  return count_ / full_turn * std::hypot(1.0, law(std::log(r)).g_slope) / r;
 }
 
 void SpiralCoordinates::at(const Points& points, SpiralBatch& out) const {
@@ -282,12 +272,12 @@ void SpiralCoordinates::at(const Points& points, SpiralBatch& out) const {
   in.cosine = static_cast<float>(shift_cosine_);
   in.sine = static_cast<float>(shift_sine_);
   in.orientation = static_cast<float>(orientation_);
-  in.u_factor = static_cast<float>(count_ / turn);
-  in.v_factor = static_cast<float>(cycle_ / turn);
-  in.u_slope = static_cast<float>(count_ / turn / tangent_);
-  in.v_slope = static_cast<float>(-cycle_ / turn * tangent_);
+  in.u_factor = static_cast<float>(count_ / full_turn);
+  in.v_factor = static_cast<float>(cycle_ / full_turn);
+  in.u_slope = static_cast<float>(count_ / full_turn / tangent_);
+  in.v_slope = static_cast<float>(-cycle_ / full_turn * tangent_);
   in.core_square = static_cast<float>(core_ * core_);
-  in.u_start = static_cast<float>(count_ / turn * start_);
+  in.u_start = static_cast<float>(count_ / full_turn * start_);
   in.table = table_.empty() ? nullptr : table_.data();
   in.start = static_cast<float>(table_start);
   in.inverse_step = static_cast<float>(1 / table_step);
@@ -319,7 +309,7 @@ HelicalMap HelicalMap::along(const SpiralCoordinates& coordinates, double freque
     // Lattices do not know the sign of their axes.
     const double sign = whole < 0 ? -1 : 1;
     image[row] = static_cast<int>(sign * whole);
-    slope[row] = sign * (m_u * n / tangent - m_v * cycle * tangent) / turn;
+    slope[row] = sign * (m_u * n / tangent - m_v * cycle * tangent) / full_turn;
   }
   return {slope[0], slope[1], image[0], image[1]};
 }
@@ -328,11 +318,11 @@ HelicalMap HelicalMap::isotropic(const SpiralCoordinates& coordinates, double fr
   const double around =
       frequency * coordinates.count() * std::hypot(1.0, 1 / coordinates.reference_tangent());
   const int p = static_cast<int>(std::max(std::round(around), 1.0));
-  return {.x_slope = 0, .y_slope = p / turn, .p = p, .q = 0};
+  return {.x_slope = 0, .y_slope = p / full_turn, .p = p, .q = 0};
 }
 
-double HelicalMap::x_frequency() const { return std::hypot(x_slope, p / turn); }
-double HelicalMap::y_frequency() const { return std::hypot(y_slope, q / turn); }
+double HelicalMap::x_frequency() const { return std::hypot(x_slope, p / full_turn); }
+double HelicalMap::y_frequency() const { return std::hypot(y_slope, q / full_turn); }
 double HelicalMap::mean_frequency() const { return std::sqrt(x_frequency() * y_frequency()); }
 
 }  // namespace gamer

@@ -51,7 +51,6 @@ class SpiralCoordinates {
   };
   Position at(double r, double theta) const;
   double u_gradient(double r) const;  ///< |grad u|
-  double v_gradient(double r) const;  ///< |grad v|
 
   /// The coordinates of points in the galaxy's frame. Arms with courses of their own are
   /// straightened first (ArmCourses), so that u is whole on them too. u_radial and v_radial are
@@ -61,7 +60,7 @@ class SpiralCoordinates {
  private:
   SpiralCoordinates() = default;
   struct Law {
-    double g, g_slope, h, h_slope;
+    double g, g_slope, h;
   };
   Law law(double s) const;
 

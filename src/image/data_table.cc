@@ -198,13 +198,9 @@ void write_column(FitsFile& file, int number, const DataColumn& column) {
               static_cast<LONGLONG>(values.size()), values.data());
   } else {
     std::vector<std::string> texts = std::get<std::vector<std::string>>(column.values);
-    std::vector<char*> pointers;
-    for (std::string& text : texts) {
-      text = percent_encode(text);
-      pointers.push_back(text.data());
-    }
+    for (std::string& text : texts) text = percent_encode(text);
     file.call(fits_write_col_str, number, first_code, first_code,
-              static_cast<LONGLONG>(texts.size()), pointers.data());
+              static_cast<LONGLONG>(texts.size()), pointers_to(texts).data());
   }
 }
 
@@ -266,14 +262,9 @@ void write_data_table(FitsFile& file, const DataTable& table, const std::vector<
     forms.push_back(column_form(column));
     units.push_back(percent_encode(column.unit));
   }
-  const auto pointers = [](std::vector<std::string>& texts) {
-    std::vector<char*> result;
-    for (std::string& text : texts) result.push_back(text.data());
-    return result;
-  };
   file.call(fits_create_tbl, BINARY_TBL, static_cast<LONGLONG>(table.rows()),
-            static_cast<int>(names.size()), pointers(names).data(), pointers(forms).data(),
-            pointers(units).data(), table.name.c_str());
+            static_cast<int>(names.size()), pointers_to(names).data(), pointers_to(forms).data(),
+            pointers_to(units).data(), table.name.c_str());
   std::vector<Card> cards = common;
   for (std::size_t i = 0; i < table.columns.size(); ++i) {
     const std::string& description = table.columns[i].description;

@@ -227,8 +227,7 @@ class PngEncoder final : public PictureFile::Encoder {
     fail();
   }
   ~PngEncoder() override { png_destroy_write_struct(&png_, &info_); }
-  PngEncoder(const PngEncoder&) = delete;
-  PngEncoder& operator=(const PngEncoder&) = delete;
+  PngEncoder& operator=(PngEncoder&&) = delete;
 
   void write_row(std::span<const std::uint16_t> rgb) override {
     auto row = reinterpret_cast<png_const_bytep>(rgb.data());

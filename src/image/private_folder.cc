@@ -66,8 +66,7 @@ class PrivateFolder::Opened {
       if (descriptor >= 0) close(descriptor);
     }
   }
-  Opened(const Opened&) = delete;
-  Opened& operator=(const Opened&) = delete;
+  Opened& operator=(Opened&&) = delete;
 
   /// Locks a new folder; returns an errno, 0 for success.
   int lock_new() {

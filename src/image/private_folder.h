@@ -25,8 +25,7 @@ class PrivateFolder {
 
   /// Removes the folder; its files must be gone.
   ~PrivateFolder();
-  PrivateFolder(const PrivateFolder&) = delete;
-  PrivateFolder& operator=(const PrivateFolder&) = delete;
+  PrivateFolder& operator=(PrivateFolder&&) = delete;
 
   /// A new path in the folder; the caller makes and removes the file.
   std::filesystem::path new_path();

@@ -10,8 +10,7 @@ class RemovedOnSignal {
  public:
   explicit RemovedOnSignal(std::filesystem::path path, bool is_folder = false);
   ~RemovedOnSignal();
-  RemovedOnSignal(const RemovedOnSignal&) = delete;
-  RemovedOnSignal& operator=(const RemovedOnSignal&) = delete;
+  RemovedOnSignal& operator=(RemovedOnSignal&&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
 

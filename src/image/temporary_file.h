@@ -18,8 +18,7 @@ class TemporaryFile {
   /// file. The caller makes the file. Throws RunError.
   explicit TemporaryFile(const std::filesystem::path& final_path);
   ~TemporaryFile();
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(TemporaryFile&&) = delete;
 
   /// Path of the file before it is moved.
   const std::filesystem::path& path() const { return file_->path(); }

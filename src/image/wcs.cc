@@ -65,8 +65,7 @@ class Converter {
     parse(records, label);
     set(records, label);
   }
-  Converter(const Converter&) = delete;
-  Converter& operator=(const Converter&) = delete;
+  Converter& operator=(Converter&&) = delete;
 
   /// Throws InputError where the distortion does not suit an image of this size.
   void check_distortion(int width, int height, const std::string& label) {
@@ -360,8 +359,7 @@ class Converter {
   /// The output of wcspih(): one wcsprm per description of the axes.
   struct Descriptions {
     Descriptions() = default;
-    Descriptions(const Descriptions&) = delete;
-    Descriptions& operator=(const Descriptions&) = delete;
+    Descriptions& operator=(Descriptions&&) = delete;
     ~Descriptions() { clear(); }
     void clear() { wcsvfree(&count, &list); }
 
@@ -467,8 +465,7 @@ class CelestialWcs::Impl {
   ~Impl() {
     for (const std::atomic<Converter*>& place : free_) delete place.load();
   }
-  Impl(const Impl&) = delete;
-  Impl& operator=(const Impl&) = delete;
+  Impl& operator=(Impl&&) = delete;
 
   const std::vector<std::string>& records() const { return records_; }
   const std::string& label() const { return label_; }

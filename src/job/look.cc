@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 
 #include "gamer/core/config.h"
+#include "gamer/core/units.h"
 #include "gamer/job/record.h"
 
 namespace gamer {
@@ -42,7 +42,6 @@ bool chooses_planes(const std::vector<std::string>& settings) {
 /// The axis is in scene coordinates, so that a moved camera sees the galaxy from another side. The
 /// line of nodes is at `position_angle` from +y, that is, a right angle more from +x.
 std::string scene_list(const Look& look) {
-  constexpr double degree = std::numbers::pi / 180;
   const double tilt = look.inclination * degree, angle = look.position_angle * degree;
   return fmt::format("galaxy,x,y,z,ox,oy,oz,pa\n\"{}\",0,0,0,{},{},{},{}\n", look.galaxy,
                      std::sin(tilt) * std::cos(angle), std::sin(tilt) * std::sin(angle),

@@ -1,8 +1,10 @@
 #include "job/scene_table.h"
 
+#include <algorithm>
 #include <charconv>
 #include <limits>
 #include <numeric>
+#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -32,10 +34,7 @@ DataTable chosen_columns(const Resources::Text& text, std::span<const std::size_
 bool says_nothing(const DataTable& columns) {
   if (columns.columns.size() != 1) return false;
   const auto& rows = std::get<std::vector<std::int64_t>>(columns.columns.front().values);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (rows[i] != static_cast<std::int64_t>(i) + 1) return false;
-  }
-  return true;
+  return std::ranges::equal(rows, std::views::iota(std::ptrdiff_t{1}, std::ssize(rows) + 1));
 }
 
 /// A column's unit as FITS writes it.

@@ -249,9 +249,7 @@ void Rendering::write(const fs::path& path, bool overwrite) const {
 
 Session::Session(int threads, std::vector<fs::path> folders)
     : threads_(threads), folders_(std::move(folders)) {
-  if (threads < 1) {
-    throw std::invalid_argument(fmt::format("cannot render in {} threads", threads));
-  }
+  if (threads < 1) throw std::invalid_argument(fmt::format("cannot render in {} threads", threads));
 }
 
 RenderJob Session::load(const RenderInput& input) const {

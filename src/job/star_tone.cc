@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "gamer/job/journal.h"
 #include "gamer/render/renderer.h"
 
 namespace gamer {
@@ -50,8 +51,7 @@ void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {
   const Renderer renderer(parameters, job.camera, job.scene, job.spectrum);
   const int rows = std::min(renderer.height(), most_rows);
   const std::vector<RowRange> columns = sampled_columns(renderer.width());
-  int sampled = 0;
-  for (const RowRange& run : columns) sampled += run.size();
+  const int sampled = count_rows(columns);
   const auto width = static_cast<std::size_t>(renderer.width());
   const auto count = static_cast<std::size_t>(sampled);
   const auto planes = static_cast<std::size_t>(renderer.planes());

@@ -7,8 +7,7 @@
 #include "noise/lattice-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// Absolute error against exact arithmetic below 2e-7, wherever the coordinates are.
 template <class D>
@@ -39,15 +38,6 @@ class CellKernel {
     });
     return value;
   }
-
- private:
-  /// mix32() of lattice.h.
-  template <class DU>
-  static HWY_INLINE VU Mix32(DU du, VU word) {
-    word = hn::Mul(hn::Xor(word, hn::ShiftRight<16>(word)), hn::Set(du, 0x7FEB352Du));
-    word = hn::Mul(hn::Xor(word, hn::ShiftRight<15>(word)), hn::Set(du, 0x846CA68Bu));
-    return hn::Xor(word, hn::ShiftRight<16>(word));
-  }
 };
 
 void EvaluateCell(const Combination& combination, const Points& points, const OctaveList& octaves,
@@ -55,8 +45,7 @@ void EvaluateCell(const Combination& combination, const Points& points, const Oc
   EvaluateNoise<CellKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -11,8 +11,7 @@
 #include "gamer/core/parallel_for.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// Adds w, w x, w x^2, w^2, w^2 x, w^2 x^2 to `sums`.
 void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float* HWY_RESTRICT x,
@@ -46,8 +45,7 @@ void AddMoments(std::size_t size, const float* HWY_RESTRICT weight, const float*
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

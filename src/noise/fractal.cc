@@ -16,8 +16,7 @@
 #include "noise/lattice.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// Combines octaves by the shares that footprints resolve. No footprint resolves octaves from
 /// `in_sight` on; these count by their means.
@@ -139,8 +138,7 @@ void Displace(const Points& points, BatchArray* displacement) {
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -25,8 +25,7 @@
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -56,6 +55,14 @@ struct Cell {
 template <class D>
 HWY_INLINE hn::Vec<hn::RebindToUnsigned<D>> IndexOf(D /*d*/, hn::Vec<D> counted) {
   return hn::BitCast(hn::RebindToUnsigned<D>(), counted);
+}
+
+/// mix32() of lattice.h over vectors.
+template <class DU, class VU = hn::Vec<DU>>
+HWY_INLINE VU Mix32(DU du, VU word) {
+  word = hn::Mul(hn::Xor(word, hn::ShiftRight<16>(word)), hn::Set(du, 0x7FEB352Du));
+  word = hn::Mul(hn::Xor(word, hn::ShiftRight<15>(word)), hn::Set(du, 0x846CA68Bu));
+  return hn::Xor(word, hn::ShiftRight<16>(word));
 }
 
 // Where masks are vectors, a blend costs more than an "and".
@@ -553,8 +560,7 @@ HWY_INLINE void EvaluateNoise(const Combination& combination, const Points& poin
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

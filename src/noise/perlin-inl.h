@@ -10,8 +10,7 @@
 #include "noise/lattice-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// Absolute error against exact arithmetic below 2e-6, wherever the coordinates are.
 template <class D>
@@ -73,8 +72,7 @@ class PerlinKernel {
   }
 };
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

@@ -7,16 +7,14 @@
 #include "noise/perlin-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 void EvaluatePerlin(const Combination& combination, const Points& points, const OctaveList& octaves,
                     std::span<float* const> out) {
   EvaluateNoise<PerlinKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

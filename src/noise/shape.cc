@@ -44,8 +44,7 @@ constexpr int table_size = 2 * table_end * steps_per_sigma + 1;
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Raise(D d, V base, const ShapeInput& shape) {
@@ -142,8 +141,7 @@ void ApplyExpected(const ShapeInput& shape, std::size_t size, const float* HWY_R
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -7,8 +7,7 @@
 #include "noise/lattice-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// Absolute error against exact arithmetic below 1e-6 + 8e-7 max(|x|, |y|, |z|): the skewed
 /// coordinates are rounded. Where the order of the coordinates within a cell is undecided, either
@@ -120,8 +119,7 @@ void EvaluateSimplex(const Combination& combination, const Points& points,
   EvaluateNoise<SimplexKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -7,8 +7,7 @@
 #include "noise/lattice-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// Absolute error against exact arithmetic below 2e-6, wherever the coordinates are.
 template <class D>
@@ -67,8 +66,7 @@ void EvaluateValue(const Combination& combination, const Points& points, const O
   EvaluateNoise<ValueKernel<hn::ScalableTag<float>>>(combination, points, octaves, out);
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

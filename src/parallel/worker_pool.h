@@ -36,8 +36,7 @@ class WorkerPool {
              Source source, std::function<void()> stop_source);
   /// Stops and waits for the blocks that are being computed.
   ~WorkerPool();
-  WorkerPool(const WorkerPool&) = delete;
-  WorkerPool& operator=(const WorkerPool&) = delete;
+  WorkerPool& operator=(WorkerPool&&) = delete;
 
   /// Waits for a finished block and returns it; none when there will be no more.
   std::optional<FinishedBlock> take();

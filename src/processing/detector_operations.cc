@@ -21,7 +21,6 @@ constexpr const char* electron_rate_unit = "electron/s";
 
 /// Parameters of one plane's noise.
 struct PlaneNoise {
-  bool is_gaussian = false;
   double sigma = 0;
   Detector detector;
   double gain = 1;         ///< electrons per output unit
@@ -109,7 +108,6 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call), instrum
 
 PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
   PlaneNoise noise;
-  noise.is_gaussian = true;
   if (has("sigma")) {
     noise.sigma = value("sigma", task);
     return noise;

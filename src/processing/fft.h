@@ -80,8 +80,7 @@ class Transform {
     Fftw<Real>::destroy(forward_);
     Fftw<Real>::destroy(backward_);
   }
-  Transform(const Transform&) = delete;
-  Transform& operator=(const Transform&) = delete;
+  Transform& operator=(Transform&&) = delete;
 
   int width() const { return width_; }
   int height() const { return height_; }

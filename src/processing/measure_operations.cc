@@ -37,7 +37,6 @@ int run_stats(const OperationCall& call) {
   DataTable table;
   table.name = "statistics";
   const FitsInput input(call.inputs.front());
-  const std::vector<int> hdus = hdu_numbers(input);
   visit_planes(input, call.threads, [&](const PlaneTask& task) {
     const Plane& plane = *task.plane;
     const Statistics all = statistics(plane, call.threads);
@@ -46,7 +45,7 @@ int run_stats(const OperationCall& call) {
     const auto place = [&](int coordinate) {
       return has_pixels ? static_cast<double>(coordinate + 1) : no_value;
     };
-    put_plane(table, task, hdus[static_cast<std::size_t>(task.index)]);
+    put_plane(table, task);
     put<std::string>(table, "unit", task.info.unit, "", "of the pixels");
     put_count(table, "width", plane.width(), "pixel");
     put_count(table, "height", plane.height(), "pixel");
@@ -150,8 +149,8 @@ void check_range(const OperationCall& call, const SpectrumOptions& options, cons
   }
 }
 
-void put_fit(DataTable& table, const PlaneTask& task, int hdu, const PowerSpectrum& spectrum) {
-  put_plane(table, task, hdu);
+void put_fit(DataTable& table, const PlaneTask& task, const PowerSpectrum& spectrum) {
+  put_plane(table, task);
   put(table, "slope", spectrum.fit.slope, "", "of ln P against ln k");
   put(table, "slope_error", spectrum.fit.slope_error, "", "standard error");
   put(table, "amplitude", spectrum.fit.amplitude, "", "P at k = 1 of the fit");
@@ -169,9 +168,9 @@ void put_fit(DataTable& table, const PlaneTask& task, int hdu, const PowerSpectr
   put(table, "log_skewness", spectrum.log_skewness);
 }
 
-void put_annuli(DataTable& table, const PlaneTask& task, int hdu, const PowerSpectrum& spectrum) {
+void put_annuli(DataTable& table, const PlaneTask& task, const PowerSpectrum& spectrum) {
   for (const PowerSpectrum::Annulus& annulus : spectrum.annuli) {
-    put_plane(table, task, hdu);
+    put_plane(table, task);
     put_count(table, "k", annulus.k, "", "waves per shorter side");
     put(table, "frequency", annulus.frequency, "1/pixel");
     put(table, "power", annulus.power, "", "mean |F|^2 per pixel");
@@ -197,15 +196,13 @@ int run_spectrum(const OperationCall& call) {
   std::vector<SpectrumCurve> curves;
   std::optional<std::string> unit;
   const FitsInput input(call.inputs.front());
-  const std::vector<int> hdus = hdu_numbers(input);
   visit_planes(input, call.threads,
                [&](const PlaneTask& task) { check_range(call, options, task); });
   visit_planes(input, call.threads, [&](const PlaneTask& task) {
-    const int hdu = hdus[static_cast<std::size_t>(task.index)];
     const PowerSpectrum spectrum =
         power_spectrum(*task.plane, options, "gutil spectrum: " + task.label, call.threads);
-    put_fit(fits, task, hdu, spectrum);
-    put_annuli(annuli, task, hdu, spectrum);
+    put_fit(fits, task, spectrum);
+    put_annuli(annuli, task, spectrum);
     add_cards(annuli, spectrum.fit, task.index + 1, task.count);
     const bool is_named = !task.info.label.empty() || task.count == 1;
     curves.push_back(
@@ -276,21 +273,20 @@ int run_compare(const OperationCall& call) {
   DataTable table;
   table.name = "comparison";
   bool all_within = true;
-  const std::vector<int> hdus = hdu_numbers(first);
   visit_planes(first, call.threads, [&](const PlaneTask& task) {
     if (shapes != other_shapes) {
       throw wrong(call, "{} has images of {} pixels, {} of {}; expected the same", first.name(),
                   shapes_text(shapes), second.name(), shapes_text(other_shapes));
     }
-    const auto index = static_cast<std::size_t>(task.index);
-    const Comparison result = compare(*task.plane, *others[index], call.threads);
+    const Comparison result =
+        compare(*task.plane, *others[static_cast<std::size_t>(task.index)], call.threads);
     const bool within =
         result.within(call.parameters.number("tolerance"), call.parameters.number("absolute"));
     all_within = all_within && within;
     const auto place = [&](int coordinate) {
       return result.differing > 0 ? static_cast<double>(coordinate + 1) : no_value;
     };
-    put_plane(table, task, hdus[index]);
+    put_plane(table, task);
     put(table, "max", result.max_difference, "", "largest |b - a|");
     put(table, "x", place(result.max_at.x), "pixel", "of the first such pixel, from 1");
     put(table, "y", place(result.max_at.y), "pixel");

@@ -15,18 +15,10 @@ void put_count(DataTable& table, const std::string& name, std::int64_t value,
   put<std::int64_t>(table, name, value, unit, description);
 }
 
-void put_plane(DataTable& table, const PlaneTask& task, int hdu) {
-  put_count(table, "hdu", hdu, "", "from 0, the primary");
+void put_plane(DataTable& table, const PlaneTask& task) {
+  put_count(table, "hdu", task.hdu, "", "from 0, the primary");
   put_count(table, "plane", task.info.plane + 1, "", "of its HDU, from 1");
   put<std::string>(table, "label", task.info.label, "", "band, name or wavelength");
-}
-
-std::vector<int> hdu_numbers(const FitsInput& input) {
-  std::vector<int> numbers;
-  for (const FitsHdu& hdu : input.hdus()) {
-    numbers.insert(numbers.end(), static_cast<std::size_t>(hdu.planes), hdu.number);
-  }
-  return numbers;
 }
 
 ParameterTable with_output(ParameterTable table) {

@@ -29,9 +29,7 @@ void put(DataTable& table, const std::string& name, const Value& value,
 void put_count(DataTable& table, const std::string& name, std::int64_t value,
                const std::string& unit = {}, const std::string& description = {});
 /// Appends the columns that identify the plane of a row.
-void put_plane(DataTable& table, const PlaneTask& task, int hdu);
-/// The HDU number of each plane of a file.
-std::vector<int> hdu_numbers(const FitsInput& input);
+void put_plane(DataTable& table, const PlaneTask& task);
 
 /// The table of options with --json and --table.
 ParameterTable with_output(ParameterTable table);

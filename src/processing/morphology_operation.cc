@@ -12,9 +12,9 @@
 namespace gamer {
 namespace {
 
-void put_morphology(DataTable& table, const PlaneTask& task, int hdu, const GalaxyPlane& galaxy,
+void put_morphology(DataTable& table, const PlaneTask& task, const GalaxyPlane& galaxy,
                     const Morphology& found) {
-  put_plane(table, task, hdu);
+  put_plane(table, task);
   put(table, "concentration", found.concentration, "", "C = 5 log10(r80/r20)");
   put(table, "asymmetry", found.asymmetry, "", "A, less the noise's part");
   put(table, "smoothness", found.smoothness, "", "S of Conselice, with the factor 10");
@@ -48,7 +48,6 @@ int run_morphology(const OperationCall& call) {
   check_output(call, "plot", {".png"});
   use_threads(call.threads);
   const FitsInput input(call.inputs.front());
-  const std::vector<int> hdus = hdu_numbers(input);
   const std::vector<PlaneTask> tasks = chosen_planes(call, input);
   if (call.parameters.has("plot") && tasks.size() != 1) {
     throw wrong(call, "--plot shows one plane, not {}; choose it with --planes", tasks.size());
@@ -66,7 +65,7 @@ int run_morphology(const OperationCall& call) {
     if (call.parameters.has("sky_sigma")) options.sky_sigma = call.parameters.number("sky_sigma");
     try {
       const Morphology found = morphology(galaxy.image, options);
-      put_morphology(table, task, hdus[static_cast<std::size_t>(task.index)], galaxy, found);
+      put_morphology(table, task, galaxy, found);
       if (call.parameters.has("plot")) {
         write_morphology_picture(call.parameters.text("plot"), galaxy.image, found, call.overwrite);
       }

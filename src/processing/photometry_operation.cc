@@ -99,13 +99,13 @@ class Photometry {
   /// False for a place of a table that the image does not show.
   bool is_there() const { return ellipses_.has_value(); }
 
-  void put_apertures(DataTable& table, int hdu) const {
-    for (std::size_t i = 0; i < radii_.size(); ++i) put_aperture(table, hdu, i);
+  void put_apertures(DataTable& table) const {
+    for (std::size_t i = 0; i < radii_.size(); ++i) put_aperture(table, i);
   }
 
-  void put_aperture(DataTable& table, int hdu, std::size_t i) const {
+  void put_aperture(DataTable& table, std::size_t i) const {
     const ApertureSum& sum = sums_[i];
-    put_place(table, hdu);
+    put_place(table);
     put<std::string>(table, "unit", task_.info.unit, "", "of the pixels");
     put(table, "radius", radii_[i], parameters_.text("unit"), "semi-major axis");
     put(table, "flux", sum.flux, "", "sum of the pixels, background subtracted");
@@ -119,8 +119,8 @@ class Photometry {
     put_count(table, "missing", sum.missing, "", "pixels that are not finite");
   }
 
-  void put_shape(DataTable& table, int hdu) const {
-    put_place(table, hdu);
+  void put_shape(DataTable& table) const {
+    put_place(table);
     put_shape_values(table);
   }
 
@@ -167,8 +167,8 @@ class Photometry {
     }
   }
 
-  void put_place(DataTable& table, int hdu) const {
-    put_plane(table, task_, hdu);
+  void put_place(DataTable& table) const {
+    put_plane(table, task_);
     if (place_.is_numbered) {
       put_count(table, "position", place_.number, "", "place or row of the table, from 1");
     }
@@ -321,16 +321,14 @@ int run_photometry(const OperationCall& call) {
   shapes.name = "shapes";
   joined.name = "photometry";
   const FitsInput input(call.inputs.front());
-  const std::vector<int> hdus = hdu_numbers(input);
   visit_planes(input, call.threads, [&](const PlaneTask& task) {
-    const int hdu = hdus[static_cast<std::size_t>(task.index)];
     for (const Target& place : places) {
       const Photometry photometry(call, task, place);
       if (!photometry.is_there()) continue;
-      photometry.put_apertures(apertures, hdu);
-      photometry.put_shape(shapes, hdu);
+      photometry.put_apertures(apertures);
+      photometry.put_shape(shapes);
       for (std::size_t i = 0; i < photometry.apertures(); ++i) {
-        photometry.put_aperture(joined, hdu, i);
+        photometry.put_aperture(joined, i);
         photometry.put_shape_values(joined);
       }
     }

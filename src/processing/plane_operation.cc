@@ -98,7 +98,7 @@ void visit_planes(const FitsInput& input, int threads,
     const FitsHdu& hdu = input.hdus()[i];
     for (int plane = 0; plane < hdu.planes; ++plane, ++index) {
       use({input.plane(i, plane), plane_info(input, hdu, plane), hdu.header, hdu_label(input, hdu),
-           index, count, threads});
+           index, count, threads, hdu.number});
     }
   }
 }

@@ -23,6 +23,7 @@ struct PlaneTask {
   int index = 0;             ///< number in the file, from 0; see change_planes()
   int count = 1;             ///< planes of the file
   int threads = 1;
+  int hdu = 0;  ///< number of its HDU, from 0
 };
 
 /// An InputError "gutil <operation>: <message>", with the message formatted as by fmt::format().

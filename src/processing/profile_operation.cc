@@ -102,8 +102,7 @@ IsophoteOptions isophote_options(const OperationCall& call, const GalaxyPlane& g
   return options;
 }
 
-void put_isophotes(DataTable& table, const PlaneProfile& profile, int hdu,
-                   const PlaneProfile& first) {
+void put_isophotes(DataTable& table, const PlaneProfile& profile, const PlaneProfile& first) {
   const double scale = std::sqrt(profile.galaxy.pixel_area);
   for (std::size_t i = 0; i < profile.isophotes.size(); ++i) {
     const Isophote& one = profile.isophotes[i];
@@ -111,7 +110,7 @@ void put_isophotes(DataTable& table, const PlaneProfile& profile, int hdu,
     const double reference =
         magnitude(first.calibration.of_brightness, first.isophotes[i].brightness);
     const double fall = first.isophotes[i].brightness / one.brightness;
-    put_plane(table, profile.task, hdu);
+    put_plane(table, profile.task);
     put(table, "radius", one.radius, "pixel", "semi-major axis");
     put(table, "radius_arcsec", one.radius * scale, "arcsec");
     put(table, "ellipticity", 1 - one.axis_ratio);
@@ -130,10 +129,10 @@ void put_isophotes(DataTable& table, const PlaneProfile& profile, int hdu,
   }
 }
 
-void put_disk(DataTable& table, const PlaneProfile& profile, int hdu, const GalaxyPlane& centre) {
+void put_disk(DataTable& table, const PlaneProfile& profile, const GalaxyPlane& centre) {
   const DiskFit none{DiskFit::Type::one, no_value, no_value, no_value, no_value, no_value};
   const DiskFit& disk = profile.disk ? *profile.disk : none;
-  put_plane(table, profile.task, hdu);
+  put_plane(table, profile.task);
   const auto types = {"", "I", "II", "III"};
   put<std::string>(table, "type", profile.disk ? types.begin()[static_cast<int>(disk.type)] : "",
                    "", "I: no break, II: down-bending, III: up-bending");
@@ -221,15 +220,13 @@ int run_profile(const OperationCall& call) {
   check_call(call);
   use_threads(call.threads);
   const FitsInput input(call.inputs.front());
-  const std::vector<int> hdus = hdu_numbers(input);
   const std::vector<PlaneProfile> profiles = measured_profiles(call, chosen_planes(call, input));
   DataTable disks, table;
   disks.name = "disks";
   table.name = "profile";
   for (const PlaneProfile& profile : profiles) {
-    const int hdu = hdus[static_cast<std::size_t>(profile.task.index)];
-    put_disk(disks, profile, hdu, profiles.front().galaxy);
-    put_isophotes(table, profile, hdu, profiles.front());
+    put_disk(disks, profile, profiles.front().galaxy);
+    put_isophotes(table, profile, profiles.front());
   }
   if (call.parameters.has("plot")) draw_profiles(call, profiles);
   const bool is_calibrated = std::isfinite(profiles.front().calibration.of_brightness);

@@ -9,13 +9,12 @@
 
 #include "core/message.h"
 #include "core/no_value.h"
+#include "gamer/core/units.h"
 
 namespace gamer {
 namespace {
 
 using Complex = std::complex<double>;
-
-constexpr double full_turn = 2 * std::numbers::pi;
 
 /// A row of the map divided by its mean, missing values as 1; empty where it cannot be used.
 struct Row {

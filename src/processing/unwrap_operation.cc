@@ -68,9 +68,9 @@ PolarGrid fit_grid(const Disk& disk, int columns) {
   return grid;
 }
 
-void put_spiral(DataTable& table, const PlaneTask& task, int hdu, const GalaxyPlane& galaxy,
+void put_spiral(DataTable& table, const PlaneTask& task, const GalaxyPlane& galaxy,
                 const Disk& disk, const SpiralFit& fit) {
-  put_plane(table, task, hdu);
+  put_plane(table, task);
   put_count(table, "arms", fit.strongest.arms, "", "of the strongest mode");
   put(table, "pitch", fit.strongest.pitch / degree, "deg",
       "positive: arms turn counter-clockwise outwards");
@@ -86,10 +86,9 @@ void put_spiral(DataTable& table, const PlaneTask& task, int hdu, const GalaxyPl
   put(table, "outer", disk.outer, "pixel");
 }
 
-void put_arms(DataTable& table, const PlaneTask& task, int hdu,
-              const std::vector<ArmsAtRadius>& arms) {
+void put_arms(DataTable& table, const PlaneTask& task, const std::vector<ArmsAtRadius>& arms) {
   for (const ArmsAtRadius& at : arms) {
-    put_plane(table, task, hdu);
+    put_plane(table, task);
     put(table, "radius", at.radius, "pixel", "in the disk");
     put(table, "brightness", at.brightness, "", "mean, per pixel");
     put(table, "contrast", at.contrast, "mag", "arms against the light between them");
@@ -137,7 +136,6 @@ int run_unwrap(const OperationCall& call) {
   check_radii(call, "radius");
   use_threads(call.threads);
   const FitsInput input(call.inputs.front());
-  const std::vector<int> hdus = hdu_numbers(input);
   FitsOutput output({call.output, call.overwrite});
   DataTable spirals, arms;
   spirals.name = "spirals";
@@ -147,14 +145,13 @@ int run_unwrap(const OperationCall& call) {
   const int bins = static_cast<int>(call.parameters.integer("bins"));
   for (const PlaneTask& task : chosen_planes(call, input)) {
     const GalaxyPlane galaxy = galaxy_plane(call, task);
-    const int hdu = hdus[static_cast<std::size_t>(task.index)];
     try {
       const Disk disk = found_disk(call, galaxy);
       const PolarGrid grid = fit_grid(disk, columns);
       const Image map = polar_map(galaxy.image, disk.plane, grid);
       const SpiralFit fit = fit_spiral(map, grid);
-      put_spiral(spirals, task, hdu, galaxy, disk, fit);
-      put_arms(arms, task, hdu, arms_by_radius(map, grid, fit.strongest, bins));
+      put_spiral(spirals, task, galaxy, disk, fit);
+      put_arms(arms, task, arms_by_radius(map, grid, fit.strongest, bins));
       PolarGrid shown = grid;
       shown.is_logarithmic = is_log;
       if (!is_log) shown.rows = std::max(1, static_cast<int>(std::lround(disk.outer - disk.inner)));

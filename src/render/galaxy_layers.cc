@@ -75,9 +75,7 @@ GalaxyLayer Renderer::summed(int galaxy, const std::vector<double>& factors,
     sum.values.insert(sum.values.end(), through, light);
     for (std::size_t e = 0; layout_.has_components() && e < emitters; ++e) {
       const double factor = factors.empty() ? 1 : factors[e];
-      for (std::size_t p = 0; p < planes; ++p) {
-        sum.values.push_back(factor * light[e * planes + p]);
-      }
+      for (std::size_t p = 0; p < planes; ++p) sum.values.push_back(factor * light[e * planes + p]);
     }
     if (layout_.dust_free()) add_up(light + emitters * planes);
   }

@@ -1,6 +1,5 @@
 #include "gamer/scene/camera_settings.h"
 
-#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <vector>

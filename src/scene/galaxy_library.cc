@@ -199,8 +199,7 @@ class LookupLog {
     resources_.log_lookups(list);
   }
   ~LookupLog() { resources_.log_lookups(nullptr); }
-  LookupLog(const LookupLog&) = delete;
-  LookupLog& operator=(const LookupLog&) = delete;
+  LookupLog& operator=(LookupLog&&) = delete;
 
  private:
   Resources& resources_;

@@ -4,7 +4,7 @@
 namespace gamer {
 namespace {
 
-constexpr double full_turn = 360;
+constexpr double full_circle = 360;
 // Between these sizes, path lengths and densities stay within single precision.
 constexpr double smallest_size = 1e-15;
 constexpr double largest_size = 1e15;
@@ -51,7 +51,8 @@ ParameterTable orientation_columns() {
           "direction of its +z axis in the scene (of any length), x; not in a sky view"),
       Parameter::number("oy", "", any, 0.0, "direction of its +z axis, y"),
       Parameter::number("oz", "", any, 1.0, "direction of its +z axis, z"),
-      Parameter::number("inclination", "deg", Interval::closed(-full_turn, full_turn), std::nullopt,
+      Parameter::number("inclination", "deg", Interval::closed(-full_circle, full_circle),
+                        std::nullopt,
                         "instead of `ox oy oz`: 0 is face-on to the camera (in a film to the "
                         "camera of the first frame); default 0 in a sky view"),
       Parameter::number("axis_ratio", "", Interval::left_open(0, 1), std::nullopt,

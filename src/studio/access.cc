@@ -41,8 +41,7 @@ class OpenFile {
   ~OpenFile() {
     if (number_ >= 0) close(number_);
   }
-  OpenFile(const OpenFile&) = delete;
-  OpenFile& operator=(const OpenFile&) = delete;
+  OpenFile& operator=(OpenFile&&) = delete;
   int number() const { return number_; }
   bool is_open() const { return number_ >= 0; }
 

@@ -28,8 +28,7 @@ class Pipe {
     close_writing();
     close(ends_[0]);
   }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
+  Pipe& operator=(Pipe&&) = delete;
 
   int reading() const { return ends_[0]; }
   int writing() const { return ends_[1]; }

@@ -20,9 +20,7 @@ constexpr const char* source_scene = "scene.lst";
 void make_folder(const fs::path& folder) {
   std::error_code error;
   fs::create_directories(folder, error);
-  if (error) {
-    throw run_error("cannot make the folder '{}': {}", folder.string(), error.message());
-  }
+  if (error) throw run_error("cannot make the folder '{}': {}", folder.string(), error.message());
 }
 
 bool sets(const std::vector<std::string>& settings, const char* key) {

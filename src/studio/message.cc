@@ -74,9 +74,7 @@ class Members {
     const Json* member = find(key);
     if (member == nullptr) return none;
     if (!member->is_array()) throw input_error("'{}' is no list", key);
-    if (member->size() > most) {
-      throw input_error("'{}' has more than {} members", key, most);
-    }
+    if (member->size() > most) throw input_error("'{}' has more than {} members", key, most);
     return member->get_ref<const Json::array_t&>();
   }
   /// Throws InputError for a member that nobody asked for.
@@ -93,9 +91,7 @@ class Members {
     if (text.size() > most_bytes) {
       throw input_error("'{}' is longer than {} bytes", what, most_bytes);
     }
-    if (text.find('\0') != std::string::npos) {
-      throw input_error("'{}' has NUL bytes", what);
-    }
+    if (text.find('\0') != std::string::npos) throw input_error("'{}' has NUL bytes", what);
     return text;
   }
 
@@ -361,9 +357,7 @@ Message parse_message(std::string_view text) {
                std::numeric_limits<std::int64_t>::max());
     const std::string name = members.text("op", most_name_bytes);
     const auto found = operations().find(name);
-    if (found == operations().end()) {
-      throw input_error("there is no operation {}", in_quotes(name));
-    }
+    if (found == operations().end()) throw input_error("there is no operation {}", in_quotes(name));
     Message message{*id, found->second(members)};
     members.finish();
     return message;

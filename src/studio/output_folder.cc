@@ -46,9 +46,7 @@ fs::path OutputFolder::place(std::string_view name,
   }
   std::error_code error;
   fs::create_directories(folder_, error);
-  if (error) {
-    throw run_error("cannot make the folder '{}': {}", folder_.string(), error.message());
-  }
+  if (error) throw run_error("cannot make the folder '{}': {}", folder_.string(), error.message());
   return folder_ / name;
 }
 

@@ -40,8 +40,7 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
 
   PageSocket(boost::beast::tcp_stream stream, StudioCore& core);
   ~PageSocket();
-  PageSocket(const PageSocket&) = delete;
-  PageSocket& operator=(const PageSocket&) = delete;
+  PageSocket& operator=(PageSocket&&) = delete;
 
   /// Answers the request that begins the WebSocket, and reads messages from then on.
   void accept(const boost::beast::http::request<boost::beast::http::empty_body>& request);

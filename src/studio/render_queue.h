@@ -30,8 +30,7 @@ class RenderQueue {
   RenderQueue() = default;
   /// Stops the render in progress as a signal does; it can be resumed.
   ~RenderQueue();
-  RenderQueue(const RenderQueue&) = delete;
-  RenderQueue& operator=(const RenderQueue&) = delete;
+  RenderQueue& operator=(RenderQueue&&) = delete;
 
   /// Throws InputError where too many renders wait, or one of them makes a file of this name.
   void add(RenderTask task);

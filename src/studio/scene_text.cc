@@ -20,7 +20,7 @@ const std::string no_word = "-";
 
 using Words = std::vector<std::string>;
 
-bool is_blank(char c) { return c == ' ' || c == '\t'; }
+bool separates_words(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n'; }
 
 /// A line with words: the names of the columns, or a row.
 struct Line {
@@ -38,10 +38,10 @@ std::vector<Line> lines_of(const std::string& text) {
     Line line{begin, std::min(text.find('\n', begin), text.size() - 1) + 1, {}};
     std::size_t at = begin;
     while (at < line.end) {
-      while (at < line.end && (is_blank(text[at]) || text[at] == '\r' || text[at] == '\n')) ++at;
+      while (at < line.end && separates_words(text[at])) ++at;
       if (at == line.end || text[at] == '#') break;
       const std::size_t word = at;
-      while (at < line.end && !is_blank(text[at]) && text[at] != '\r' && text[at] != '\n') ++at;
+      while (at < line.end && !separates_words(text[at])) ++at;
       line.words.push_back({word, at});
     }
     begin = line.end;

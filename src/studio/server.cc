@@ -41,8 +41,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     ++shared_.connections;
   }
   ~Connection() { --shared_.connections; }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
+  Connection& operator=(Connection&&) = delete;
 
   void read() {
     parser_.emplace();

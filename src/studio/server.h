@@ -14,8 +14,7 @@ class Server {
   /// Throws RunError where the port is in use, and what make_secrets() throws.
   explicit Server(const StudioOptions& options);
   ~Server();
-  Server(const Server&) = delete;
-  Server& operator=(const Server&) = delete;
+  Server& operator=(Server&&) = delete;
 
   std::string address() const;  ///< "http://127.0.0.1:PORT/?token=..."
   void run(StudioCore& core);

@@ -1,8 +1,6 @@
 #include "gamer/studio/studio_manual.h"
 
 #include <CLI/CLI.hpp>
-#include <string>
-#include <vector>
 
 #include "gamer/core/version.h"
 #include "job/cli_options.h"

@@ -14,8 +14,7 @@ class TaskQueue {
  public:
   TaskQueue();
   ~TaskQueue();
-  TaskQueue(const TaskQueue&) = delete;
-  TaskQueue& operator=(const TaskQueue&) = delete;
+  TaskQueue& operator=(TaskQueue&&) = delete;
 
   /// Adds a task, which must not throw. Any thread may call it.
   void add(std::function<void()> task);

@@ -4,7 +4,6 @@
 
 #include <atomic>
 #include <cstddef>
-#include <thread>
 
 #include "gamer/core/parallel_for.h"
 

@@ -7,8 +7,7 @@
 #include "core/double_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 void ExpOf(const double* HWY_RESTRICT x, std::size_t size, double* HWY_RESTRICT out) {
   const hn::ScalableTag<double> d;
@@ -24,8 +23,7 @@ void LogOf(const double* HWY_RESTRICT x, std::size_t size, double* HWY_RESTRICT 
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

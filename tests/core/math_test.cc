@@ -7,8 +7,7 @@
 #include "core/math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 void ExpOf(const float* HWY_RESTRICT x, std::size_t size, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
@@ -58,8 +57,7 @@ void Atan2Of(const float* HWY_RESTRICT y, const float* HWY_RESTRICT x, std::size
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

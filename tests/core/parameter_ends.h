@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <functional>
 #include <string>
-#include <vector>
 
 #include "gamer/core/error.h"
 #include "gamer/core/parameter.h"

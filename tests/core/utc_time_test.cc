@@ -5,7 +5,6 @@
 #include <array>
 #include <ctime>
 #include <random>
-#include <string>
 
 namespace gamer {
 namespace {

@@ -72,31 +72,31 @@ std::uint32_t mixed(std::uint32_t w) {
   return w ^ (w >> 16);
 }
 
-/// All clumps of a level near the square, from docs/method.md alone; their density is even.
-std::vector<Clump> clumps(const ClumpLevel& level) {
+/// All clumps of a tier near the square, from docs/method.md alone; their density is even.
+std::vector<Clump> clumps(const ClumpTier& tier) {
   std::vector<Clump> result;
-  const double c = double{level.cosine} * double{level.cell};
-  const double s = double{level.sine} * double{level.cell};
-  const double cell{level.cell};
-  const double p = std::min(double{level.occupancy} / 4, 1 / 1.3);
+  const double c = double{tier.cosine} * double{tier.cell};
+  const double s = double{tier.sine} * double{tier.cell};
+  const double cell{tier.cell};
+  const double p = std::min(double{tier.occupancy} / 4, 1 / 1.3);
   const int reach = static_cast<int>(std::ceil(std::numbers::sqrt2 / cell)) + 1;
-  const int shift_x = static_cast<int>(level.offset_x), shift_y = static_cast<int>(level.offset_y);
+  const int shift_x = static_cast<int>(tier.offset_x), shift_y = static_cast<int>(tier.offset_y);
   for (int i = shift_x - reach; i <= shift_x + reach; ++i) {
     for (int j = shift_y - reach; j <= shift_y + reach; ++j) {
-      const std::uint32_t along = static_cast<std::uint32_t>(j) * 0x85ebca77u + level.seed;
+      const std::uint32_t along = static_cast<std::uint32_t>(j) * 0x85ebca77u + tier.seed;
       const std::uint32_t word = mixed(static_cast<std::uint32_t>(i) * 0x9e3779b1u ^ mixed(along));
       const std::uint32_t again = mixed(word + 0x9e3779b9u);
       const double number = (again & 0xffff) / 65536.0;
       const double weight = std::clamp((1.3 - number / p) / 0.6, 0.0, 1.0);
       if (weight == 0) continue;
-      const double u = i + (word & 0xffff) / 65536.0 - double{level.offset_x};
-      const double v = j + (word >> 16) / 65536.0 - double{level.offset_y};
+      const double u = i + (word & 0xffff) / 65536.0 - double{tier.offset_x};
+      const double v = j + (word >> 16) / 65536.0 - double{tier.offset_y};
       const std::size_t k = again >> 23;
-      const double height = double{level.share} * weight / p;
-      result.push_back({cell * (c * u - s * v), cell * (s * u + c * v), double{level.height[k]},
-                        1 / double{level.inverse_radius[k]}, c, s, height * double{level.halo[k]},
-                        double{level.cavity[k]}, height * double{level.cores[k]},
-                        double{level.bends}, mixed(again + 0x9e3779b9u)});
+      const double height = double{tier.share} * weight / p;
+      result.push_back({cell * (c * u - s * v), cell * (s * u + c * v), double{tier.height[k]},
+                        1 / double{tier.inverse_radius[k]}, c, s, height * double{tier.halo[k]},
+                        double{tier.cavity[k]}, height * double{tier.cores[k]}, double{tier.bends},
+                        mixed(again + 0x9e3779b9u)});
     }
   }
   return result;
@@ -104,8 +104,8 @@ std::vector<Clump> clumps(const ClumpLevel& level) {
 
 std::vector<Clump> clumps(const AssociationTexture& associations) {
   std::vector<Clump> result;
-  for (const ClumpLevel& level : associations.levels()) {
-    const std::vector<Clump> own = clumps(level);
+  for (const ClumpTier& tier : associations.tiers()) {
+    const std::vector<Clump> own = clumps(tier);
     result.insert(result.end(), own.begin(), own.end());
   }
   return result;

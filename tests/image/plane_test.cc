@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <mutex>
 #include <numeric>
-#include <set>
 #include <stdexcept>
 
 #include "gamer/core/cancellation.h"

@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>

@@ -2,7 +2,6 @@
 
 #include <filesystem>
 #include <string>
-#include <vector>
 
 #include "gamer/image/fits/record_names.h"
 #include "processing/operation_fixture.h"

@@ -6,7 +6,6 @@
 #include <limits>
 #include <numbers>
 #include <string>
-#include <vector>
 
 #include "gamer/core/error.h"
 #include "gamer/core/units.h"

@@ -28,8 +28,7 @@ class CancellationScope {
   /// With a null pointer nothing is cancelled.
   explicit CancellationScope(const Cancellation* cancellation);
   ~CancellationScope();
-  CancellationScope(const CancellationScope&) = delete;
-  CancellationScope& operator=(const CancellationScope&) = delete;
+  CancellationScope& operator=(CancellationScope&&) = delete;
 
   /// The request of this thread; null for none.
   static const Cancellation* current();

@@ -48,7 +48,8 @@ bool is_bare_key(std::string_view key);
 
 /// Applies "section.key=value" to the tree; the value is in TOML syntax, and a bare word that is no
 /// TOML value counts as a string. Missing tables are created and an old value is replaced. The
-/// location is `origin` and the key, `--set section.key`. Throws InputError.
+/// location is `origin` and the key, `--set section.key`. Throws InputError if the text is no such
+/// assignment.
 void set_from_text(ConfigNode& root, std::string_view assignment,
                    std::string_view origin = "--set ");
 

@@ -50,7 +50,7 @@ std::string man_page(const Manual& manual);
 std::string bash_completion(const Manual& manual);
 std::string zsh_completion(const Manual& manual);
 
-/// One of these texts, by "man", "bash" or "zsh". Throws InputError.
+/// One of these texts, by "man", "bash" or "zsh". Throws InputError for another format.
 std::string manual_text(const Manual& manual, const std::string& format);
 
 }  // namespace gamer

@@ -12,7 +12,8 @@ namespace gamer {
 /// hash_words().
 
 /// Poisson variates with means[i], number first + i of the stream; `means` and `out` may be one
-/// array. A negative mean counts as 0; NaN and means above 1e100 are copied to `out`.
+/// array. A negative mean counts as 0; NaN and means above 1e100 are copied to `out`. Throws
+/// std::invalid_argument if the sizes of the arrays differ.
 ///
 /// The distribution is exact but for the rounding of doubles. Means below 10 use inversion, where a
 /// probability errs by at most 2^-52. Larger means use transformed rejection (PTRS: Hoermann 1993,

@@ -45,7 +45,7 @@ class Resources {
                    std::span<const std::string> suffixes);
 
   /// The text of a file given by path, recorded under `name`. A text already recorded is not read
-  /// again. Throws InputError.
+  /// again. Throws InputError if the file cannot be read.
   const Text& read(const std::string& name, const std::filesystem::path& path);
 
   /// Records a text that the program made; it replaces a text of equal name.

@@ -25,7 +25,7 @@ class ArmPattern {
 
   ArmPattern() = default;  ///< no arms
   /// Reads the table [arms], declared by table(). `list` is the list of [[arm]], declared by
-  /// ArmCourses::arm_table(), or null. Throws InputError.
+  /// ArmCourses::arm_table(), or null. Throws InputError if keys, values or arms are wrong.
   static ArmPattern read(const ConfigNode& node, const ConfigNode* list = nullptr);
   static ParameterTable table();
   static ParameterTable arm_table();

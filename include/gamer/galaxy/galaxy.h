@@ -26,13 +26,14 @@ struct EvaluationCounts {
 /// threads may evaluate it.
 class Galaxy {
  public:
-  /// Reads a galaxy file and measures it. Throws InputError.
+  /// Reads a galaxy file and measures it. Throws InputError if the file, or a file that it names,
+  /// is wrong.
   static std::shared_ptr<const Galaxy> parse(std::string_view text, const std::string& label,
                                              const GalaxySettings& settings, Resources& resources);
   /// Reads a galaxy file. GalaxyStatistics must measure the galaxy before it is evaluated. A galaxy
   /// with clumpy dust has a reference. If Accuracy::shares_closure is true, the reference is that
   /// of the settings, made from an equal file and settings, or a new galaxy of a fixed seed.
-  /// Otherwise the reference is a new galaxy of its own seed. Throws InputError.
+  /// Otherwise the reference is a new galaxy of its own seed. Throws InputError as parse() does.
   static std::shared_ptr<Galaxy> read(std::string_view text, const std::string& label,
                                       const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]

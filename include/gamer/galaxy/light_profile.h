@@ -23,7 +23,7 @@ struct ComponentProfile {
 class LightProfile {
  public:
   /// `profiles` of the components, `light` of each of them (0 for dust), and the galaxy's stretch
-  /// along x, y, z. Some light must be above 0.
+  /// along x, y, z. Throws std::invalid_argument if no light is above 0.
   LightProfile(std::span<const ComponentProfile> profiles, std::span<const double> light,
                std::span<const double> axis);
 

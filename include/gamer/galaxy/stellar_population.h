@@ -40,7 +40,8 @@ class StellarPopulation {
   };
 
   /// Values of parameters(). A file of luminosities has rows of two or three columns: luminosity
-  /// (ascending), dN/dlnL in any unit, and temperature, K; '#' begins comments. Throws InputError.
+  /// (ascending), dN/dlnL in any unit, and temperature, K; '#' begins comments. Throws InputError
+  /// if values or rows are wrong, or the numbers of stars lie too far apart to be added up.
   StellarPopulation(const ParameterSet& values, const std::string& context, Resources& resources);
   /// Declarations of `luminosity_function` ... `temperature_scatter`.
   static ParameterTable parameters();
@@ -74,7 +75,8 @@ class StellarPopulation {
   double light(const std::function<double(double luminosity)>& share,
                std::vector<double>* spectrum = nullptr) const;
   /// The spectrum of light with these parts of the grid's temperatures; if all parts are 0, the
-  /// spectrum of all light.
+  /// spectrum of all light. Throws InputError if the numbers of stars lie too far apart to be added
+  /// up.
   std::shared_ptr<const Sed> sed(const std::vector<double>& spectrum) const;
   std::shared_ptr<const Sed> sed() const;
 

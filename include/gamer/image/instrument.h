@@ -46,7 +46,7 @@ struct Instrument {
 const std::vector<std::string>& instrument_suffixes();
 
 /// The instrument of this name, or in this file. `beside` is the label of the file that names it.
-/// Throws InputError.
+/// Throws InputError if there is none, or its file is wrong.
 Instrument find_instrument(const std::string& name, const std::string& beside,
                            Resources& resources);
 

@@ -142,11 +142,11 @@ void check_picture_file(const PictureFileOptions& options, int width, int height
 /// channel of 8 bits is the nearest to its 16 bits.
 class PictureFile {
  public:
-  /// Throws RunError.
+  /// Throws RunError if the file cannot be made.
   PictureFile(const PictureFileOptions& options, int width, int height);
   ~PictureFile();
 
-  /// 3 * width values: red, green, blue of the next row. Throws RunError.
+  /// 3 * width values: red, green, blue of the next row. Throws RunError if writing fails.
   void write_row(std::span<const std::uint16_t> rgb);
   /// Gives the file its final name after the last row. Throws RunError, also when a file there must
   /// not be overwritten.

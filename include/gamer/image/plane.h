@@ -27,8 +27,7 @@ class Plane {
   /// Throws std::invalid_argument when a side is not positive.
   Plane(int width, int height);
   virtual ~Plane() = default;
-  Plane(const Plane&) = delete;
-  Plane& operator=(const Plane&) = delete;
+  Plane& operator=(Plane&&) = delete;
 
   int width() const { return width_; }
   int height() const { return height_; }

@@ -37,7 +37,8 @@ class StampWriter {
 };
 
 /// Makes the writer of `count` stamps. `describe` is called once for each stamp, in order. `header`
-/// describes what stamps share; its size, axes and faces do not count. Throws RunError.
+/// describes what stamps share; its size, axes and faces do not count. Throws RunError if the file
+/// cannot be made.
 std::unique_ptr<StampWriter> make_stamp_writer(
     const OutputOptions& options, const ImageHeader& header, std::size_t count,
     const std::function<StampHeader(std::size_t)>& describe);

@@ -54,7 +54,8 @@ class CelestialWcs {
   /// the position has no pixel, as behind the tangent plane.
   std::optional<SkyPosition> sky(const PixelPosition& pixel) const;
   std::optional<PixelPosition> pixel(const SkyPosition& sky) const;
-  /// Converts many pixels at a time; positions without sky are NaN.
+  /// Converts many pixels at a time; positions without sky are NaN. Throws std::invalid_argument if
+  /// the lengths differ.
   void sky(std::span<const PixelPosition> pixels, std::span<SkyPosition> out) const;
 
   /// The reference pixel of a gnomonic projection (TAN) without distortion, where the plane of the

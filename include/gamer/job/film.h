@@ -33,7 +33,8 @@ class Film {
     Progress::Style progress = Progress::Style::none;
   };
 
-  /// On rank 0: checks everything that can be known beforehand. Throws InputError.
+  /// On rank 0: checks everything that can be known beforehand. Throws InputError if the film
+  /// cannot succeed.
   Film(const RenderJob& animation, JobOptions options, int ranks, int threads);
   /// The film as one string, for the other ranks.
   std::string pack() const;

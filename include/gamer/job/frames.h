@@ -20,19 +20,18 @@ namespace gamer {
 /// the statistics of their noise, which are made once. One thread at a time may use it.
 class FrameJobs {
  public:
-  /// Reads the record of the whole animation. Throws InputError.
+  /// Reads the record of the whole animation. Throws InputError if the record makes no job.
   explicit FrameJobs(const Record& animation);
   /// Takes the galaxies of the animation's job, which need not be complete.
   explicit FrameJobs(const RenderJob& animation);
-  FrameJobs(const FrameJobs&) = delete;
-  FrameJobs& operator=(const FrameJobs&) = delete;
+  FrameJobs& operator=(FrameJobs&&) = delete;
 
   /// Measures the animation's galaxies with all ranks, if this was not done yet. Every rank calls
   /// this function before any rank makes a frame's job.
   void measure(const Ranks& ranks);
 
   /// The job of a frame with these parameters (see frame_parameters()), equal to the job of the
-  /// frame rendered alone. Throws InputError.
+  /// frame rendered alone. Throws InputError if the scene does not suit the parameters.
   RenderJob make(RenderParameters parameters);
 
   const Record& record() const { return record_; }

@@ -77,7 +77,7 @@ bool are_there(const std::vector<std::filesystem::path>& files);
 class ImageTask {
  public:
   /// Checks everything that can be known beforehand. `earlier` is the journal to continue, or null.
-  /// Throws InputError.
+  /// Throws InputError if the job cannot succeed.
   ImageTask(RenderJob job, JobOptions options, int ranks, int threads,
             std::unique_ptr<Journal> earlier);
 

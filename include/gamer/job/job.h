@@ -82,16 +82,19 @@ struct RenderJob {
 /// Makes the changes of JobRequest::preview.
 void make_preview(RenderParameters& parameters);
 
-/// The source of a job's texts: the disk, or the image that is made again. Throws InputError.
+/// The source of a job's texts: the disk, or the image that is made again. Throws InputError if
+/// that image holds no record.
 Resources open_resources(const JobRequest& request,
                          const std::vector<std::filesystem::path>& folders);
 
-/// Reads the parameters and applies the changes of the request. Throws InputError.
+/// Reads the parameters and applies the changes of the request. Throws InputError if the file or a
+/// change is wrong.
 RenderParameters load_parameters(const JobRequest& request, Resources& resources);
 
-/// The text of column_mapping() for the request's catalogue. Throws InputError.
+/// The text of column_mapping() for the request's catalogue. Throws InputError if the catalogue
+/// cannot be read.
 std::string mapping_text(const JobRequest& request, Resources& resources);
-/// Reads everything. Throws InputError.
+/// Reads everything. Throws InputError if parameters, scene or galaxies are wrong.
 RenderJob read_job(const JobRequest& request, Resources& resources);
 /// Reads a job from its record, on any machine.
 RenderJob read_job(const Record& record);
@@ -107,7 +110,7 @@ Renderer image_renderer(const RenderJob& job, const TruthSettings& truth = {});
 /// Reads and completes a job in this process.
 RenderJob load_job(const JobRequest& request, Resources& resources);
 
-/// The resolved parameters of a record. Throws InputError.
+/// The resolved parameters of a record. Throws InputError if the record has none, or wrong ones.
 RenderParameters recorded_render_parameters(const Record& record);
 
 /// AB magnitude of the value 1 of each plane; none for relative light and for magnitudes.

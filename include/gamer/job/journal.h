@@ -90,8 +90,7 @@ class Journal {
   static void discard(const std::filesystem::path& path);
   /// Closes the journal and keeps the file.
   ~Journal();
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
+  Journal& operator=(Journal&&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
   /// Whether there is a file.

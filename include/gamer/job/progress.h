@@ -27,8 +27,7 @@ class Progress {
   Progress(int total, std::string unit, Style style, std::FILE* stream,
            std::function<double()> clock = {}, std::function<std::string()> date = {});
   ~Progress();
-  Progress(const Progress&) = delete;
-  Progress& operator=(const Progress&) = delete;
+  Progress& operator=(Progress&&) = delete;
 
   /// Counts things that this run has done.
   void add(int count);

@@ -42,13 +42,13 @@ Record unpack_record(std::string_view packed);
 
 /// The record as a table with columns NAME, LABEL, TEXT and one row per text.
 TextTable record_table(const Record& record);
-/// Throws InputError.
+/// The record in such a table. Throws InputError if its columns have other names.
 Record record_from_table(const TextTable& table);
 
 /// Whether images with this file name hold the record of their job, as FITS files and PNG pictures
 /// do.
 bool keeps_record(const std::filesystem::path& image);
-/// The record in an image's file. Throws InputError.
+/// The record in an image's file. Throws InputError if the file holds none.
 Record read_record(const std::filesystem::path& image);
 
 }  // namespace gamer

@@ -31,7 +31,7 @@ JournalHead make_journal_head(const RenderJob& job, std::string truth);
 /// named alone. For equal programs the differences are parameters with both values, other texts
 /// with their first different line, and the truth.
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label);
-/// Checks that an existing image belongs to this job. BMP pictures cannot be checked.
+/// Throws InputError unless an existing image belongs to this job. BMP pictures cannot be checked.
 void check_same_job(const std::filesystem::path& image, const Record& now);
 /// The check above, with the image's record, which has been read.
 void check_same_job(const std::filesystem::path& image, const Record& then, const Record& now);
@@ -55,7 +55,8 @@ class JournaledExecutor : public Executor {
   /// outlive this object.
   JournaledExecutor(Executor& executor, Journal* journal);
 
-  /// Runs the blocks; rows of an earlier process come first.
+  /// Runs the blocks; rows of an earlier process come first. Throws InputError if the journal holds
+  /// rows that the job lacks.
   void run(std::span<const RowRange> blocks, std::size_t values_per_row, const Compute& compute,
            const Consume& consume) override;
   int workers() const override { return executor_.workers(); }

@@ -23,7 +23,8 @@ struct RunOptions {
 };
 
 /// Runs a job from its files to the finished image or film, with messages in the log. Every rank
-/// calls this function with equal options. Throws InputError, RunError and Stopped.
+/// calls this function with equal options. Throws InputError for wrong input, RunError if writing
+/// fails, and Stopped if the job is stopped.
 void run_job(const Ranks& ranks, const RunOptions& options, MessageLog& log);
 
 }  // namespace gamer

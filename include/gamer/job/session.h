@@ -91,7 +91,7 @@ struct Rendering {
   /// Size, axes, units, photometric calibration and parameters of the image, as in its file.
   ImageHeader header() const;
   /// Writes the file that the program makes of the job; the suffix of the path selects the format.
-  /// Throws InputError and RunError.
+  /// Throws InputError if the path suits no format or is taken, RunError if writing fails.
   void write(const std::filesystem::path& path, bool overwrite = false) const;
 };
 
@@ -106,7 +106,8 @@ class Session {
   explicit Session(int threads = available_cores(),
                    std::vector<std::filesystem::path> folders = default_data_folders());
 
-  /// Reads and checks everything; the work is left to render(). Throws InputError.
+  /// Reads and checks everything; the work is left to render(). Throws InputError if anything in
+  /// the input is wrong.
   RenderJob load(const RenderInput& input) const;
   RenderJob load(const JobRequest& request) const;
 

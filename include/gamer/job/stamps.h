@@ -23,6 +23,7 @@ namespace gamer {
 bool makes_stamps(const RenderParameters& parameters);
 
 /// The stamp of each object: pixels of the image, or beyond it, around the pixel of its centre.
+/// Throws InputError if a centre has no pixel.
 std::vector<ImageRegion> stamp_regions(const RenderJob& job);
 
 /// The description of each stamp in these regions. `header` is the job's make_image_header().
@@ -66,14 +67,14 @@ std::size_t stamp_piece(std::span<const std::size_t> values, std::uint64_t most)
 /// A job of stamps with its file, as rank 0 has it.
 class StampTask {
  public:
-  /// Checks everything that can be known beforehand. Throws InputError.
+  /// Checks everything that can be known beforehand. Throws InputError if the job cannot succeed.
   StampTask(RenderJob job, JobOptions options, int ranks, int threads);
 
   const RenderJob& job() const { return job_; }
   /// After a dry run, the reason why the job itself would not begin; empty if there is none.
   const std::string& hindrance() const { return hindrance_; }
   void complete(const Ranks& ranks, int threads, Progress::Style style);
-  /// Renders with all ranks and completes the file. Throws InputError, RunError.
+  /// Renders with all ranks and completes the file. Throws RunError if a file cannot be written.
   void render(Executor& executor, Progress::Style style, RankReport& report);
   /// The planned output: "x.fits: 12 stamps of 15 to 101 pixels a side, 3 planes".
   std::string plan() const;

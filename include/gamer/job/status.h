@@ -12,7 +12,8 @@ namespace gamer {
 std::string status_text(const std::filesystem::path& journal, const JournalStatus& status,
                         const std::string& program);
 
-/// Reads the journal, and describes it as above. Throws InputError, RunError.
+/// Reads the journal, and describes it as above. Throws InputError if there is none, RunError if it
+/// cannot be read.
 std::string status_text(const std::filesystem::path& journal);
 
 }  // namespace gamer

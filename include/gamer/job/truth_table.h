@@ -10,9 +10,9 @@
 namespace gamer {
 
 /// Checks before rendering that the table can be written: to `path` (.fits or .ecsv), or to the
-/// image's file if `path` is empty. Throws InputError.
+/// image's file if `path` is empty. Throws InputError if it cannot.
 void check_truth_table(const std::filesystem::path& path, const OutputOptions& image);
-/// Writes the table to `path`; the DATE of a FITS file is `date`. Throws RunError.
+/// Writes the table to `path`; the DATE of a FITS file is `date`. Throws RunError if writing fails.
 void write_truth_table(const std::filesystem::path& path, const DataTable& table,
                        const std::string& date);
 

@@ -29,8 +29,7 @@ class Ranks {
   Ranks();
   /// Ends the job with code 1 when end() was not called.
   ~Ranks();
-  Ranks(const Ranks&) = delete;
-  Ranks& operator=(const Ranks&) = delete;
+  Ranks& operator=(Ranks&&) = delete;
 
   int rank() const;
   int size() const;

@@ -70,7 +70,7 @@ class GalaxyLibrary {
   /// light there.
   LightProfile light_profile(const std::string& type, const std::string& sed, std::uint64_t seed,
                              double redshift, const Bandpass* band, const SceneRow& row);
-  /// The SED that a row names.
+  /// The SED that a row names. Throws InputError with the row's place if there is none.
   std::shared_ptr<const Sed> find_sed_of(const std::string& name, const SceneRow& row);
 
   /// Galaxies of a scene, in its order, that GalaxyStatistics has to measure before they are

@@ -6,20 +6,17 @@
 
 #include "core/math-inl.h"
 #include "gamer/noise/footprint.h"
-#include "noise/lattice.h"
+#include "noise/lattice-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// The share that footprints resolve of features of this frequency.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V SeenShare(D d, V footprint, float frequency) {
   constexpr auto slope = static_cast<float>(1 / (fade_end - fade_begin));
-  V u = hn::NegMulAdd(footprint, hn::Set(d, frequency * slope),
-                      hn::Set(d, static_cast<float>(fade_end) * slope));
-  u = hn::Min(hn::Max(u, hn::Zero(d)), hn::Set(d, 1.0f));
-  return hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
+  return Smoothstep(d, hn::NegMulAdd(footprint, hn::Set(d, frequency * slope),
+                                     hn::Set(d, static_cast<float>(fade_end) * slope)));
 }
 
 /// The density at (x, y), interpolated.
@@ -63,14 +60,6 @@ void MultiplyOctave(std::size_t size, const float* HWY_RESTRICT noise, float con
   }
 }
 
-/// mix32() of lattice.h over vectors.
-template <class DU, class VU = hn::Vec<DU>>
-HWY_INLINE VU Mix32(DU du, VU word) {
-  word = hn::Mul(hn::Xor(word, hn::ShiftRight<16>(word)), hn::Set(du, 0x7FEB352Du));
-  word = hn::Mul(hn::Xor(word, hn::ShiftRight<15>(word)), hn::Set(du, 0x846CA68Bu));
-  return hn::Xor(word, hn::ShiftRight<16>(word));
-}
-
 /// A point, its place in a lattice, and the part of the octaves that decides which clumps exist
 /// there.
 template <class V>
@@ -87,9 +76,9 @@ HWY_INLINE V Wave(D d, V x) {
   return hn::Mul(f, hn::NegMulAdd(hn::Abs(f), hn::Set(d, 16.0f), hn::Set(d, 8.0f)));
 }
 
-/// The light of clumps of these kinds at places in radii of the clumps.
+/// The light of these model clumps at places in radii of the clumps.
 template <class D, class V = hn::Vec<D>, class I, class U>
-HWY_INLINE V BentProfile(D d, const ClumpLevel& level, V x, V y, V z, I kind, U shape) {
+HWY_INLINE V BentProfile(D d, const ClumpTier& tier, V x, V y, V z, I model, U shape) {
   const hn::RebindToSigned<D> di;
   const hn::RebindToUnsigned<D> du;
   const V zero = hn::Zero(d), one = hn::Set(d, 1.0f);
@@ -102,7 +91,7 @@ HWY_INLINE V BentProfile(D d, const ClumpLevel& level, V x, V y, V z, I kind, U 
   const V turn = hn::Mul(z, hn::Set(d, bend_turn));
   const auto bend = [&](const Bend& by, V along, V phase, V from) HWY_ATTR {
     const V wave = Wave(d, hn::MulAdd(along, hn::Set(d, by.cycles), phase));
-    return hn::MulAdd(wave, hn::Set(d, by.height * level.bends), from);
+    return hn::MulAdd(wave, hn::Set(d, by.height * tier.bends), from);
   };
   x = bend(wide_bend, y, hn::Add(p0, turn), x);
   y = bend(wide_bend, x, hn::Sub(p1, turn), y);
@@ -121,7 +110,7 @@ HWY_INLINE V BentProfile(D d, const ClumpLevel& level, V x, V y, V z, I kind, U 
   const V tilt = hn::MulAdd(signed_part(p1, largest_tilt), x,
                             hn::MulAdd(signed_part(p3, largest_tilt), y, one));
   const V hole = hn::NegMulAdd(hn::Mul(in_plane, in_plane),
-                               hn::GatherIndex(d, level.cavity.data(), kind), one);
+                               hn::GatherIndex(d, tier.cavity.data(), model), one);
   const V halo = hn::Mul(hn::Mul(cube(hn::Sub(in_plane, z2)), tilt), hole);
   const V core_x = signed_part(p0, core_offset), core_y = signed_part(p2, core_offset);
   constexpr float inverse_square = 1 / (core_radius * core_radius);
@@ -132,13 +121,13 @@ HWY_INLINE V BentProfile(D d, const ClumpLevel& level, V x, V y, V z, I kind, U 
   };
   const V cores =
       hn::MulAdd(core(hn::Neg(core_y), core_x), hn::Set(d, second_core), core(core_x, core_y));
-  return hn::MulAdd(cores, hn::GatherIndex(d, level.cores.data(), kind),
-                    hn::Mul(halo, hn::GatherIndex(d, level.halo.data(), kind)));
+  return hn::MulAdd(cores, hn::GatherIndex(d, tier.cores.data(), model),
+                    hn::Mul(halo, hn::GatherIndex(d, tier.halo.data(), model)));
 }
 
 /// The light of the clumps in the four cells next to a place, relative to its mean.
 template <class D, class V = hn::Vec<D>>
-HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& density,
+HWY_INLINE V ClumpLight(D d, const ClumpTier& tier, const SurfaceDensity& density,
                         const LatticePlace<V>& at) {
   const hn::RebindToSigned<D> di;
   const hn::RebindToUnsigned<D> du;
@@ -150,16 +139,15 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& dens
   };
   const auto index_of = [&](V x) HWY_ATTR { return hn::BitCast(du, hn::ConvertTo(di, x)); };
   const V crowding =
-      hn::Mul(hn::Max(at.crowding, hn::Set(d, least_complexes)), hn::Set(d, level.occupancy));
+      hn::Mul(hn::Max(at.crowding, hn::Set(d, least_complexes)), hn::Set(d, tier.occupancy));
   const V start = hn::Set(d, 0.5f * (1 + fade_range) / fade_range);
   const V x = hn::Floor(hn::Sub(at.x, half)), y = hn::Floor(hn::Sub(at.y, half));
   const auto row = hn::Mul(index_of(x), hn::Set(du, lattice_px));
-  const auto along =
-      hn::Add(hn::Mul(index_of(y), hn::Set(du, lattice_py)), hn::Set(du, level.seed));
+  const auto along = hn::Add(hn::Mul(index_of(y), hn::Set(du, lattice_py)), hn::Set(du, tier.seed));
   // Factors that turn offsets in the lattice back to galaxy radii.
-  const float turn_x = level.cosine * level.cell * level.cell;
-  const float turn_y = level.sine * level.cell * level.cell;
-  const auto reach = static_cast<float>(1 / clump_reach(double{level.bends}));
+  const float turn_x = tier.cosine * tier.cell * tier.cell;
+  const float turn_y = tier.sine * tier.cell * tier.cell;
+  const auto reach = static_cast<float>(1 / clump_reach(double{tier.bends}));
   V light = zero;
   for (std::uint32_t corner = 0; corner < 4; ++corner) {
     const std::uint32_t i = corner & 1, j = corner >> 1;
@@ -178,45 +166,45 @@ HWY_INLINE V ClumpLight(D d, const ClumpLevel& level, const SurfaceDensity& dens
     const V around = DensityAt(d, density, hn::Sub(at.px, to_x), hn::Sub(at.py, to_y));
     const V inverse = hn::Div(one, hn::Min(hn::Mul(around, crowding), hn::Set(d, most_occupancy)));
     const V slope = hn::Mul(inverse, hn::Set(d, -0.5f / fade_range));
-    V weight = hn::MulAdd(unit(hn::And(again, hn::Set(du, low_bits))), slope, start);
-    weight = hn::Min(hn::Max(weight, zero), one);
+    const V weight =
+        Clamp01(d, hn::MulAdd(unit(hn::And(again, hn::Set(du, low_bits))), slope, start));
     if (hn::AllFalse(d, hn::Gt(weight, zero))) continue;  // most cells are empty
-    const auto kind = hn::BitCast(di, hn::ShiftRight<32 - clump_bits>(again));
-    const V inverse_radius = hn::GatherIndex(d, level.inverse_radius.data(), kind);
+    const auto model = hn::BitCast(di, hn::ShiftRight<32 - clump_bits>(again));
+    const V inverse_radius = hn::GatherIndex(d, tier.inverse_radius.data(), model);
     const V dz =
-        hn::Mul(hn::Sub(at.pz, hn::GatherIndex(d, level.height.data(), kind)), inverse_radius);
-    const V scale = hn::Mul(inverse_radius, hn::Set(d, level.cell));
+        hn::Mul(hn::Sub(at.pz, hn::GatherIndex(d, tier.height.data(), model)), inverse_radius);
+    const V scale = hn::Mul(inverse_radius, hn::Set(d, tier.cell));
     // Points above, below or beside the clump get no light from it.
     const V farthest = hn::Max(hn::Abs(dz), hn::Mul(hn::Mul(across, scale), hn::Set(d, reach)));
     if (hn::AllFalse(d, hn::Lt(farthest, one))) continue;
-    const V profile = BentProfile(d, level, hn::Mul(dx, scale), hn::Mul(dy, scale), dz, kind,
+    const V profile = BentProfile(d, tier, hn::Mul(dx, scale), hn::Mul(dy, scale), dz, model,
                                   Mix32(du, hn::Add(again, hn::Set(du, cell_step))));
     light = hn::MulAdd(hn::Mul(weight, inverse), profile, light);
   }
   return light;
 }
 
-void AddClumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
+void AddClumps(const Points& points, const ClumpTier& tier, const SurfaceDensity& density,
                const float* HWY_RESTRICT complexes, const float* footprints,
                float* HWY_RESTRICT sum) {
   const hn::ScalableTag<float> d;
   const auto one = hn::Set(d, 1.0f);
-  const auto cosine = hn::Set(d, level.cosine), sine = hn::Set(d, level.sine);
+  const auto cosine = hn::Set(d, tier.cosine), sine = hn::Set(d, tier.sine);
   for (std::size_t i = 0; i < points.size; i += hn::Lanes(d)) {
     auto seen = one;
     if (footprints != nullptr) {
-      seen = SeenShare(d, hn::Load(d, footprints + i), level.frequency);
+      seen = SeenShare(d, hn::Load(d, footprints + i), tier.frequency);
       if (hn::AllFalse(d, hn::Gt(seen, hn::Zero(d)))) continue;
     }
     LatticePlace<hn::Vec<decltype(d)>> at;
     at.px = hn::Load(d, points.x + i);
     at.py = hn::Load(d, points.y + i);
     at.pz = hn::Load(d, points.z + i);
-    at.x = hn::MulAdd(at.px, cosine, hn::MulAdd(at.py, sine, hn::Set(d, level.offset_x)));
-    at.y = hn::MulAdd(at.py, cosine, hn::NegMulAdd(at.px, sine, hn::Set(d, level.offset_y)));
+    at.x = hn::MulAdd(at.px, cosine, hn::MulAdd(at.py, sine, hn::Set(d, tier.offset_x)));
+    at.y = hn::MulAdd(at.py, cosine, hn::NegMulAdd(at.px, sine, hn::Set(d, tier.offset_y)));
     at.crowding = hn::Load(d, complexes + i);
-    const auto excess = hn::Sub(ClumpLight(d, level, density, at), one);
-    hn::Store(hn::MulAdd(hn::Mul(seen, hn::Set(d, level.share)), excess, hn::Load(d, sum + i)), d,
+    const auto excess = hn::Sub(ClumpLight(d, tier, density, at), one);
+    hn::Store(hn::MulAdd(hn::Mul(seen, hn::Set(d, tier.share)), excess, hn::Load(d, sum + i)), d,
               sum + i);
   }
 }
@@ -230,8 +218,7 @@ void FillLight(std::size_t size, const float* HWY_RESTRICT sum, const float* HWY
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
@@ -244,9 +231,9 @@ void multiply_octave(std::size_t size, const float* noise, float contrast, float
 }
 
 HWY_EXPORT(AddClumps);
-void add_clumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
+void add_clumps(const Points& points, const ClumpTier& tier, const SurfaceDensity& density,
                 const float* complexes, const float* footprints, float* sum) {
-  HWY_DYNAMIC_DISPATCH(AddClumps)(points, level, density, complexes, footprints, sum);
+  HWY_DYNAMIC_DISPATCH(AddClumps)(points, tier, density, complexes, footprints, sum);
 }
 
 HWY_EXPORT(FillLight);

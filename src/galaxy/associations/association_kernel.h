@@ -12,7 +12,7 @@ namespace gamer {
 // The part of AssociationTexture that works on whole vectors: its inputs, and functions that run
 // the best instruction set of this machine. Arrays are those of batches (batch.h).
 
-/// Number of bits of a hash that choose one of a level's different clumps, and number of these
+/// Number of bits of a hash that choose one of a tier's different clumps, and number of these
 /// clumps.
 constexpr int clump_bits = 9;
 constexpr std::size_t clump_count = std::size_t{1} << clump_bits;
@@ -79,8 +79,8 @@ constexpr float octave_depth = 0.9f;
 // sharp edges where the octaves vanish.
 constexpr float least_complexes = 0.15f;
 
-/// The clumps of a level: one in each occupied cell of a square lattice.
-struct ClumpLevel {
+/// The clumps of a tier: one in each occupied cell of a square lattice.
+struct ClumpTier {
   float cosine = 0, sine = 0;        ///< of the lattice's angle, in cells per galaxy radius
   float offset_x = 0, offset_y = 0;  ///< of the lattice, cells
   std::uint32_t seed = 0;
@@ -109,10 +109,10 @@ struct SurfaceDensity {
 void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
                      const float* footprints, const float* before, float* out);
 
-/// Adds level.share times (C - 1), times the share of it that the footprint resolves, to `sum`. C
-/// is the light of the level's clumps relative to its mean; `complexes` is the part of the octaves
+/// Adds tier.share times (C - 1), times the share of it that the footprint resolves, to `sum`. C
+/// is the light of the tier's clumps relative to its mean; `complexes` is the part of the octaves
 /// that decides which cells are occupied.
-void add_clumps(const Points& points, const ClumpLevel& level, const SurfaceDensity& density,
+void add_clumps(const Points& points, const ClumpTier& tier, const SurfaceDensity& density,
                 const float* complexes, const float* footprints, float* sum);
 
 /// out = (1 + sum) factor, at least 0.

@@ -20,11 +20,11 @@ namespace {
 // that the wanted error requires.
 constexpr std::size_t first_points = std::size_t{1} << 13;
 constexpr double points_margin = 1.5;
-// The chance error of a level that counts by its mean, relative to the whole error. It is that of
+// The chance error of a tier that counts by its mean, relative to the whole error. It is that of
 // equal clumps times the factor `clump_spread`, since they differ in their light and in M.
-constexpr double level_error = 0.3;
+constexpr double tier_error = 0.3;
 constexpr double clump_spread = 2;
-// Largest number of cells of a level whose clumps are looked for. Levels of more cells, with clumps
+// Largest number of cells of a tier whose clumps are looked for. Tiers of more cells, with clumps
 // below a thousandth of the galaxy, count by their mean.
 constexpr double most_cells = 1 << 24;
 // Number of pairs of points in a round: two pairs are in the halo and one is in each core.
@@ -41,9 +41,9 @@ constexpr std::size_t clumps_at_a_time = std::size_t{1} << 13;
 /// A clump that may be there.
 struct Clump {
   double x, y, z, radius;
-  double number;     ///< the random number that decides whether the clump is there
-  double occupancy;  ///< without the octaves
-  std::size_t kind;
+  double number;      ///< the random number that decides whether the clump is there
+  double occupancy;   ///< without the octaves
+  std::size_t model;  ///< its index among the model clumps
   ClumpShape shape;
 };
 
@@ -99,24 +99,24 @@ double wave(double x) {
 /// The n-th of the points of a clump, in its radii along the lattice's axes. Two of four pairs of
 /// points are in the halo and one is in each core. A point's light is therefore multiplied by 2 or
 /// 4.
-Offset place_in_clump(const ClumpLevel& level, const Clump& clump, std::size_t n, Offset at) {
+Offset place_in_clump(const ClumpTier& tier, const Clump& clump, std::size_t n, Offset at) {
   const ClumpShape& shape = clump.shape;
   const std::size_t part = n / 2 % pairs_of_parts;
   if (part < 2) {
     const double in_plane = 1 - at.x * at.x - at.y * at.y;
-    at.light *= 2 * double{level.halo[clump.kind]} *
-                (1 - double{level.cavity[clump.kind]} * in_plane * in_plane) *
+    at.light *= 2 * double{tier.halo[clump.model]} *
+                (1 - double{tier.cavity[clump.model]} * in_plane * in_plane) *
                 (1 + double{shape.tilt[0]} * at.x + double{shape.tilt[1]} * at.y);
   } else {
     constexpr double radius{core_radius};
     const double height = part == 2 ? 1 : double{second_core};
-    at.light *= 4 * height * double{level.cores[clump.kind]} * radius * radius * radius;
+    at.light *= 4 * height * double{tier.cores[clump.model]} * radius * radius * radius;
     at.x = radius * at.x + double{part == 2 ? shape.core[0] : -shape.core[1]};
     at.y = radius * at.y + double{part == 2 ? shape.core[1] : shape.core[0]};
     at.z *= radius;
   }
   const auto bent = [&](const Bend& by, double along, double phase) {
-    return double{by.height} * double{level.bends} * wave(along * double{by.cycles} + phase);
+    return double{by.height} * double{tier.bends} * wave(along * double{by.cycles} + phase);
   };
   const double turn = at.z * double{bend_turn};
   at.y -= bent(narrow_bend, at.x, double{shape.phase[3]});
@@ -147,14 +147,14 @@ class Means {
   std::vector<double> values() const {
     const std::vector<double> octaves = means_of_octaves();
     std::vector<double> result = octaves;
-    for (std::size_t l = 0; l < texture_.levels().size(); ++l) {
+    for (std::size_t l = 0; l < texture_.tiers().size(); ++l) {
       std::vector<std::size_t> points(widths_.size());
       for (std::size_t w = 0; w < widths_.size(); ++w) points[w] = points_of_clump(l, w);
       if (std::ranges::all_of(points, [](std::size_t count) { return count == 0; })) continue;
       const std::vector<double> clumps = means_of_clumps(l, points);
       for (std::size_t w = 0; w < widths_.size(); ++w) {
         if (points[w] == 0) continue;
-        result[w] += seen_of(texture_.levels()[l], w) * (clumps[w] - octaves[w]);
+        result[w] += seen_of(texture_.tiers()[l], w) * (clumps[w] - octaves[w]);
       }
     }
     for (double& value : result) value *= texture_.scale();
@@ -162,18 +162,18 @@ class Means {
   }
 
  private:
-  double seen_of(const ClumpLevel& level, std::size_t w) const {
+  double seen_of(const ClumpTier& tier, std::size_t w) const {
     const double footprint{footprints_[w][0]};
-    return double{level.share} * seen_share(footprint * double{level.frequency});
+    return double{tier.share} * seen_share(footprint * double{tier.frequency});
   }
 
-  /// The number of points of each clump of level l; 0 where the level counts by its mean.
+  /// The number of points of each clump of tier l; 0 where the tier counts by its mean.
   std::size_t points_of_clump(std::size_t l, std::size_t w) const {
-    const ClumpLevel& level = texture_.levels()[l];
-    const double clumps = double{level.occupancy} / (level.side * level.side);
-    const double chance = clump_spread * seen_of(level, w) / std::sqrt(clumps);
-    const double excess = chance / (level_error * errors_[w]);
-    if (excess < 1 || 4 / (level.side * level.side) > most_cells) return 0;
+    const ClumpTier& tier = texture_.tiers()[l];
+    const double clumps = double{tier.occupancy} / (tier.side * tier.side);
+    const double chance = clump_spread * seen_of(tier, w) / std::sqrt(clumps);
+    const double excess = chance / (tier_error * errors_[w]);
+    if (excess < 1 || 4 / (tier.side * tier.side) > most_cells) return 0;
     const auto parts = static_cast<std::size_t>(std::pow(excess, 1.5) / pairs_of_parts);
     return std::clamp(2 * pairs_of_parts * parts, fewest_points, most_clump_points);
   }
@@ -189,7 +189,7 @@ class Means {
     for (std::size_t w = 0; w < widths_.size(); ++w) {
       result.push_back(rough[w].mean);
       double share = 1;
-      for (const ClumpLevel& level : texture_.levels()) share -= seen_of(level, w);
+      for (const ClumpTier& tier : texture_.tiers()) share -= seen_of(tier, w);
       const double excess = share * rough[w].error / rough[w].mean / errors_[w];
       if (excess <= 1) continue;
       const double needed = points_margin * static_cast<double>(first) * excess * excess;
@@ -270,14 +270,14 @@ class Means {
   void add_clumps_of(std::size_t l, const std::vector<Clump>& clumps,
                      std::span<const std::size_t> chosen, const std::vector<Offset>& offsets,
                      std::span<const std::size_t> points, std::span<double> sums) const {
-    const ClumpLevel& level = texture_.levels()[l];
-    const double c = double{level.cosine} * level.side, s = double{level.sine} * level.side;
+    const ClumpTier& tier = texture_.tiers()[l];
+    const double c = double{tier.cosine} * tier.side, s = double{tier.sine} * tier.side;
     BatchArray x{}, y{}, z{}, density, light;
     std::size_t size = 0;
     for (const std::size_t n : chosen) {
       const Clump& clump = clumps[n];
       for (std::size_t k = 0; k < offsets.size(); ++k) {
-        const Offset at = place_in_clump(level, clump, k, offsets[k]);
+        const Offset at = place_in_clump(tier, clump, k, offsets[k]);
         x[size] = static_cast<float>(clump.x + clump.radius * (c * at.x - s * at.y));
         y[size] = static_cast<float>(clump.y + clump.radius * (s * at.x + c * at.y));
         z[size] = static_cast<float>(clump.z + clump.radius * at.z);
@@ -310,32 +310,32 @@ class Means {
     }
   }
 
-  /// The clumps of level l that may be there.
+  /// The clumps of tier l that may be there.
   std::vector<Clump> find_clumps(std::size_t l) const {
-    const ClumpLevel& level = texture_.levels()[l];
-    const double c = double{level.cosine} * level.side, s = double{level.sine} * level.side;
+    const ClumpTier& tier = texture_.tiers()[l];
+    const double c = double{tier.cosine} * tier.side, s = double{tier.sine} * tier.side;
     // The factor of an octave is below 2.
     const double most = std::ldexp(1.0, static_cast<int>(texture_.octaves_before(l)));
-    const int reach = static_cast<int>(std::ceil(1 / level.side)) + 1;
-    const int middle_x = static_cast<int>(level.offset_x);
-    const int middle_y = static_cast<int>(level.offset_y);
+    const int reach = static_cast<int>(std::ceil(1 / tier.side)) + 1;
+    const int middle_x = static_cast<int>(tier.offset_x);
+    const int middle_y = static_cast<int>(tier.offset_y);
     std::vector<Clump> result;
     for (int j = middle_y - reach; j <= middle_y + reach; ++j) {
-      const std::uint32_t along = mix32(static_cast<std::uint32_t>(j) * lattice_py + level.seed);
+      const std::uint32_t along = mix32(static_cast<std::uint32_t>(j) * lattice_py + tier.seed);
       for (int i = middle_x - reach; i <= middle_x + reach; ++i) {
         const std::uint32_t word = mix32((static_cast<std::uint32_t>(i) * lattice_px) ^ along);
-        const double u = i + (word & 0xFFFF) * 0x1p-16 - double{level.offset_x};
-        const double v = j + (word >> 16) * 0x1p-16 - double{level.offset_y};
-        const double x = level.side * (c * u - s * v), y = level.side * (s * u + c * v);
-        if (std::hypot(x, y) > 1 + level.side) continue;
+        const double u = i + (word & 0xFFFF) * 0x1p-16 - double{tier.offset_x};
+        const double v = j + (word >> 16) * 0x1p-16 - double{tier.offset_y};
+        const double x = tier.side * (c * u - s * v), y = tier.side * (s * u + c * v);
+        if (std::hypot(x, y) > 1 + tier.side) continue;
         const std::uint32_t again = mix32(word + cell_step);
         const double number = (again & 0xFFFF) * 0x1p-16;
-        const double occupancy = double{level.occupancy} * density_at(texture_.density(), x, y);
+        const double occupancy = double{tier.occupancy} * density_at(texture_.density(), x, y);
         const double largest = std::min(occupancy * most, double{most_occupancy});
         if (number > (1 + double{fade_range}) * largest) continue;
         const std::size_t k = again >> (32 - clump_bits);
-        result.push_back({x, y, double{level.height[k]}, 1 / double{level.inverse_radius[k]},
-                          number, occupancy, k, ClumpShape(mix32(again + cell_step))});
+        result.push_back({x, y, double{tier.height[k]}, 1 / double{tier.inverse_radius[k]}, number,
+                          occupancy, k, ClumpShape(mix32(again + cell_step))});
       }
     }
     return result;

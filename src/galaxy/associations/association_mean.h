@@ -23,10 +23,10 @@ struct AssociationLayer {
 /// The means of Phi over a layer for rays of each footprint (galaxy radii; 0 resolves everything),
 /// with relative errors of about `errors`:
 ///   <Phi>/scale = (1 - sum_l s_l) <M> + sum_l s_l <M C_l>.
-/// Such rays see the share s_l of the light in clumps of level l. C_l is the light of these clumps,
+/// Such rays see the share s_l of the light in clumps of tier l. C_l is the light of these clumps,
 /// relative to its mean. <M> is a mean over a cloud of points. A cloud would miss the few brightest
 /// clumps. <M C_l> is therefore a sum over all clumps: the light of each, times the mean of density
-/// and M over points that follow its profile. Levels with so many clumps that chance hardly changes
+/// and M over points that follow its profile. Tiers with so many clumps that chance hardly changes
 /// their sum have <M C_l> = <M>.
 std::vector<double> association_means(const AssociationTexture& texture,
                                       const AssociationLayer& layer,

@@ -19,10 +19,10 @@ namespace {
 
 using std::numbers::pi;
 
-// Largest ratio of diameters within a level.
-constexpr double level_ratio = 2;
+// Largest ratio of diameters within a tier.
+constexpr double tier_ratio = 2;
 
-// Frequencies of a level of largest radius R, times R: for the visibility, and of its sharpest
+// Frequencies of a tier of largest radius R, times R: for the visibility, and of its sharpest
 // features.
 constexpr double seen_frequency = 2.2;
 constexpr double sharp_frequency = 1.0;
@@ -33,7 +33,7 @@ constexpr double age_fade = 0.2;
 constexpr double cavity_growth = 1.5;
 
 // Wavelength of the first octave, in sizes of complexes. Wavelength of the last octave that decides
-// which cells of a level are occupied, in diameters of its largest clump.
+// which cells of a tier are occupied, in diameters of its largest clump.
 constexpr double complex_wavelength = 2;
 constexpr double shortest_wavelength = 4;
 // Share of the layer's light, the part next to the plane, over whose heights clumps are spread.
@@ -195,12 +195,12 @@ AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
   density_ = one_copy(std::move(density));
   const double sizes = std::pow(parameters.luminosity_range, 1 / parameters.size_exponent);
   const int count =
-      std::max(static_cast<int>(std::ceil(std::log(sizes) / std::log(level_ratio) - 1e-9)), 1);
-  for (int level = 0; level < count; ++level) {
-    const double most = std::pow(parameters.luminosity_range, -static_cast<double>(level) / count);
+      std::max(static_cast<int>(std::ceil(std::log(sizes) / std::log(tier_ratio) - 1e-9)), 1);
+  for (int tier = 0; tier < count; ++tier) {
+    const double most = std::pow(parameters.luminosity_range, -static_cast<double>(tier) / count);
     const double least =
-        std::pow(parameters.luminosity_range, -static_cast<double>(level + 1) / count);
-    add_level(least, most);
+        std::pow(parameters.luminosity_range, -static_cast<double>(tier + 1) / count);
+    add_tier(least, most);
   }
   place_lattices();
   add_octaves();
@@ -211,46 +211,46 @@ AssociationTexture::AssociationTexture(const AssociationTexture& twin, std::uint
       parameters_(twin.parameters_),
       density_(twin.density_),
       z0_(twin.z0_),
-      levels_(twin.levels_) {
+      tiers_(twin.tiers_) {
   parameters_.seed = seed;
   place_lattices();
   add_octaves();
 }
 
 void AssociationTexture::place_lattices() {
-  for (std::size_t index = 0; index < levels_.size(); ++index) {
-    ClumpLevel& level = levels_[index];
+  for (std::size_t index = 0; index < tiers_.size(); ++index) {
+    ClumpTier& tier = tiers_[index];
     const auto word = [&](std::uint64_t purpose) {
       return hash_words({parameters_.seed, static_cast<std::uint64_t>(index), purpose, 1});
     };
     const double angle = 2 * pi * to_unit(word(0));
-    level.cosine = static_cast<float>(std::cos(angle) / level.side);
-    level.sine = static_cast<float>(std::sin(angle) / level.side);
-    level.offset_x = static_cast<float>(largest_shift * to_unit(word(1)));
-    level.offset_y = static_cast<float>(largest_shift * to_unit(word(2)));
-    level.seed = static_cast<std::uint32_t>(word(3));
+    tier.cosine = static_cast<float>(std::cos(angle) / tier.side);
+    tier.sine = static_cast<float>(std::sin(angle) / tier.side);
+    tier.offset_x = static_cast<float>(largest_shift * to_unit(word(1)));
+    tier.offset_y = static_cast<float>(largest_shift * to_unit(word(2)));
+    tier.seed = static_cast<std::uint32_t>(word(3));
   }
 }
 
-void AssociationTexture::add_level(double least, double most) {
+void AssociationTexture::add_tier(double least, double most) {
   const AssociationParameters& p = parameters_;
   const double slope = p.luminosity_slope;
   const double faintest = 1 / p.luminosity_range;
-  ClumpLevel level;
+  ClumpTier tier;
   const double cell = p.largest * std::pow(most, 1 / p.size_exponent);
-  level.side = cell;
-  level.cell = static_cast<float>(cell);
+  tier.side = cell;
+  tier.cell = static_cast<float>(cell);
   const bool is_single = p.luminosity_range == 1;
   const double number_share =
       is_single ? 1 : power_integral(-slope, least, most) / power_integral(-slope, faintest, 1);
   const double light_share =
       is_single ? 1
                 : power_integral(1 - slope, least, most) / power_integral(1 - slope, faintest, 1);
-  level.occupancy = static_cast<float>(p.number * number_share * cell * cell);
-  level.share = static_cast<float>((1 - p.diffuse) * light_share);
+  tier.occupancy = static_cast<float>(p.number * number_share * cell * cell);
+  tier.share = static_cast<float>((1 - p.diffuse) * light_share);
   const double extent = p.filling / clump_reach(p.irregularity);
-  level.frequency = static_cast<float>(2 * seen_frequency / (cell * extent));
-  level.bends = static_cast<float>(p.irregularity);
+  tier.frequency = static_cast<float>(2 * seen_frequency / (cell * extent));
+  tier.bends = static_cast<float>(p.irregularity);
   const double end = p.age + p.age_range;
   const auto numbers = [](std::size_t k) {
     std::array<double, 3> u{};
@@ -284,18 +284,18 @@ void AssociationTexture::add_level(double least, double most) {
           part * light[k] / mean * cell * cell * 2 * z0_ /
           (volume * radius * radius * radius * seen_layer(z, size_of_part, depth, z0_)));
     };
-    level.height.push_back(static_cast<float>(z));
-    level.inverse_radius.push_back(static_cast<float>(1 / radius));
-    level.cavity.push_back(static_cast<float>(cavity));
-    level.halo.push_back(height(1 - share, halo_volume - cavity * cavity_volume, radius, cavity));
-    level.cores.push_back(height(share, cores_volume, double{core_radius} * radius, 0));
+    tier.height.push_back(static_cast<float>(z));
+    tier.inverse_radius.push_back(static_cast<float>(1 / radius));
+    tier.cavity.push_back(static_cast<float>(cavity));
+    tier.halo.push_back(height(1 - share, halo_volume - cavity * cavity_volume, radius, cavity));
+    tier.cores.push_back(height(share, cores_volume, double{core_radius} * radius, 0));
   }
-  levels_.push_back(std::move(level));
+  tiers_.push_back(std::move(tier));
 }
 
 void AssociationTexture::add_octaves() {
   const AssociationParameters& p = parameters_;
-  before_.assign(levels_.size(), 0);
+  before_.assign(tiers_.size(), 0);
   if (p.clustering == 0) return;
   contrast_ = static_cast<float>(p.clustering / std::sqrt(p.kind->variance()));
   const double smallest = p.largest * std::pow(p.luminosity_range, -1 / p.size_exponent);
@@ -310,21 +310,21 @@ void AssociationTexture::add_octaves() {
     }
     octave.seed = static_cast<std::uint32_t>(hash_words({p.seed, index, 3, 2}));
     octaves_.push_back(octave);
-    for (std::size_t l = 0; l < levels_.size(); ++l) {
-      if (wavelength >= shortest_wavelength * double{levels_[l].cell}) before_[l] = octaves_.size();
+    for (std::size_t l = 0; l < tiers_.size(); ++l) {
+      if (wavelength >= shortest_wavelength * double{tiers_[l].cell}) before_[l] = octaves_.size();
     }
     wavelength /= 2;
   } while (octaves_.size() < most_octaves && wavelength >= smallest);
 }
 
 bool AssociationTexture::hides(double footprint) const {
-  double finest{levels_.back().frequency};
+  double finest{tiers_.back().frequency};
   if (!octaves_.empty()) finest = std::max(finest, double{octaves_.back().frequency});
   return footprint * finest > fade_begin;
 }
 
 double AssociationTexture::frequency() const {
-  double finest = sharp_frequency / seen_frequency * double{levels_.back().frequency};
+  double finest = sharp_frequency / seen_frequency * double{tiers_.back().frequency};
   if (!octaves_.empty()) finest = std::max(finest, double{octaves_.back().frequency});
   return finest;
 }
@@ -334,12 +334,12 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
   OctaveArrays noise, products;
   fill_octaves(points, noise);
   BatchArray sum;
-  evaluations += points.size * (octaves_.size() + levels_.size() * footprints.size());
+  evaluations += points.size * (octaves_.size() + tiers_.size() * footprints.size());
   for (std::size_t v = 0; v < footprints.size(); ++v) {
     multiply_octaves(points.size, noise, footprints[v], products);
     std::fill_n(sum.data(), padded(points.size), 0.0f);
-    for (std::size_t l = 0; l < levels_.size(); ++l) {
-      add_clumps(points, levels_[l], *density_, products[before_[l]].data(), footprints[v],
+    for (std::size_t l = 0; l < tiers_.size(); ++l) {
+      add_clumps(points, tiers_[l], *density_, products[before_[l]].data(), footprints[v],
                  sum.data());
     }
     fill_light(points.size, sum.data(), products[octaves_.size()].data(), out[v]);

@@ -42,17 +42,17 @@ struct AssociationParameters {
 /// The texture of young stars: clumps that gather in complexes. Their luminosities have the
 /// distribution dN/dL ~ L^-a between cut-offs, and their diameters are D ~ L^(1/size_exponent).
 ///
-/// Clumps are grouped in levels l, within each of which diameters differ by at most a factor of 2.
-/// A level has a square lattice, turned by an angle of its own, whose cells are as large as its
+/// Clumps are grouped in tiers l, within each of which diameters differ by at most a factor of 2.
+/// A tier has a square lattice, turned by an angle of its own, whose cells are as large as its
 /// largest clump. A cell's hash gives a place within the cell, a number u in [0, 1), one of
 /// clump_count clumps, and its shape (association_kernel.h). The clumps are quantiles of the
-/// level's luminosities, with heights z_k above the plane, radii R_k and ages. Old clumps have
+/// tier's luminosities, with heights z_k above the plane, radii R_k and ages. Old clumps have
 /// fainter cores and deeper cavities. Ages beyond age_range fade, so that components of equal seeds
 /// and different ranges show the same clumps at several ages. A clump of profile K_k exists where u
 /// < p_k; p_k is the surface density of clumps at its centre, times the cell's area. Its weight w_k
 /// falls from 1 at u = p_k (1 - fade_range) to 0 at u = p_k (1 + fade_range). The density is that
 /// of the layer times M_l, a product of octaves (multiply_octave()) whose mean is 1. These octaves
-/// are longer than four of the level's largest diameters, and M_l is at least least_complexes. With
+/// are longer than four of the tier's largest diameters, and M_l is at least least_complexes. With
 /// M the product of all octaves,
 ///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p_k - 1)).
 /// The heights z_k follow sech^2(z/z0) convolved with a core, without the layer's edge. The
@@ -60,7 +60,7 @@ struct AssociationParameters {
 /// below its size. The mean of Phi over all seeds and heights is thus 1 at every (x, y). `diffuse`
 /// is the share of the light outside clumps.
 ///
-/// A ray of footprint w sees a share of a level and of an octave, as in FractalNoise; the rest
+/// A ray of footprint w sees a share of a tier and of an octave, as in FractalNoise; the rest
 /// counts by its mean.
 class AssociationTexture : public ScaledTexture {
  public:
@@ -88,17 +88,17 @@ class AssociationTexture : public ScaledTexture {
   void multiply_octaves(std::size_t size, const OctaveArrays& noise, const float* footprints,
                         OctaveArrays& products) const;
   /// The number of octaves of M_l, and of M.
-  std::size_t octaves_before(std::size_t level) const { return before_[level]; }
+  std::size_t octaves_before(std::size_t tier) const { return before_[tier]; }
   std::size_t octaves() const { return octaves_.size(); }
 
-  const std::vector<ClumpLevel>& levels() const { return levels_; }
+  const std::vector<ClumpTier>& tiers() const { return tiers_; }
   const SurfaceDensity& density() const { return *density_; }
 
  private:
   void evaluate_whole(const Points& points, BatchArray& out,
                       std::uint64_t& evaluations) const override;
-  void add_level(double least, double most);
-  /// Gives the lattices of all levels the places that follow from the seed.
+  void add_tier(double least, double most);
+  /// Gives the lattices of all tiers the places that follow from the seed.
   void place_lattices();
   void add_octaves();
   /// Phi/scale() for each of the footprints, which may be null.
@@ -109,7 +109,7 @@ class AssociationTexture : public ScaledTexture {
   /// The density, of integral 1; galaxies of one type share it.
   std::shared_ptr<const SurfaceDensity> density_;
   double z0_;
-  std::vector<ClumpLevel> levels_;   ///< from the largest clumps on
+  std::vector<ClumpTier> tiers_;     ///< from the largest clumps on
   std::vector<std::size_t> before_;  ///< number of octaves of M_l
   std::vector<Octave> octaves_;
   float contrast_ = 0;

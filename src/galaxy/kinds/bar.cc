@@ -45,8 +45,7 @@ struct BarKernelInput {
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// exp(-((u - centre)/width)^2/2).
 template <class D, class V = hn::Vec<D>>
@@ -94,8 +93,7 @@ void BarEnvelope(const SampleBatch& batch, const BarKernelInput& in, float* HWY_
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

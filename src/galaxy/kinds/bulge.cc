@@ -25,8 +25,7 @@ constexpr double mellier_mathez_power = 0.855;
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// The envelope, with a relative error below 3e-7 (1 + |ln envelope|) for exact coordinates. No
 /// value is below e^-87.
@@ -44,8 +43,7 @@ void BulgeEnvelope(const SampleBatch& batch, const SpheroidMetric& metric,
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -43,8 +43,7 @@ struct LayerKernelInput {
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 /// Delta in [0, pi]: the distance of `angle` from the nearest multiple of the period.
 template <class D, class V = hn::Vec<D>>
@@ -58,7 +57,6 @@ HWY_INLINE V DistanceToMultiple(D d, V angle, double period) {
 void LayerEnvelope(const SampleBatch& batch, const float* heights, const LayerKernelInput& in,
                    float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
-  constexpr double full_turn = 2 * std::numbers::pi;
   const auto one = hn::Set(d, 1.0f);
   for (std::size_t i = 0; i < batch.size; i += hn::Lanes(d)) {
     const auto r = hn::Load(d, batch.r.data() + i);
@@ -112,8 +110,7 @@ void LayerEnvelope(const SampleBatch& batch, const float* heights, const LayerKe
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

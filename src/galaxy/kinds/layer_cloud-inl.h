@@ -17,10 +17,7 @@
 #include "gamer/noise/cloud.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+namespace gamer::HWY_NAMESPACE {
 
 /// Draws the points of the cloud from index `first` on: r, phi, and the weight that the placing
 /// gives them.
@@ -96,8 +93,7 @@ void PlaceCloud(const SampleBatch& batch, const BatchArray& v, const CloudInput&
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

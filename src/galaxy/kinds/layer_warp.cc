@@ -26,8 +26,7 @@ struct WarpKernelInput {
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 void Lift(const SampleBatch& batch, const WarpKernelInput& in, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
@@ -42,8 +41,7 @@ void Lift(const SampleBatch& batch, const WarpKernelInput& in, float* HWY_RESTRI
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -14,10 +14,7 @@
 #include "galaxy/kinds/radial_constants.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+namespace gamer::HWY_NAMESPACE {
 
 /// m of a place with the radius r and an azimuth.
 template <class D, class V = hn::Vec<D>>
@@ -54,8 +51,7 @@ HWY_INLINE V SquaredSech(D d, V e) {
   return hn::Div(hn::Mul(hn::Set(d, 4.0f), e), hn::Mul(sum, sum));
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

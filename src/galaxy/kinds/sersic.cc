@@ -33,8 +33,7 @@ struct SersicShape {
 #endif
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
+namespace gamer::HWY_NAMESPACE {
 
 void SersicEnvelope(const SampleBatch& batch, const SersicShape& shape, float* HWY_RESTRICT out) {
   const hn::ScalableTag<float> d;
@@ -53,8 +52,7 @@ void SersicEnvelope(const SampleBatch& batch, const SersicShape& shape, float* H
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

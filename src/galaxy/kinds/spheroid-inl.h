@@ -10,13 +10,9 @@
 #include "core/math-inl.h"
 #include "galaxy/kinds/spheroid.h"
 #include "gamer/galaxy/sample_batch.h"
-#include "hwy/highway.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
-
-namespace hn = hwy::HWY_NAMESPACE;
+namespace gamer::HWY_NAMESPACE {
 
 /// (m / unit)^2 of the points of a batch from index i on.
 template <class D, class V = hn::Vec<D>>
@@ -39,8 +35,7 @@ HWY_INLINE V MetricSquared(D d, const SampleBatch& batch, std::size_t i,
   return hn::MulAdd(hn::Mul(largest, largest), stretch, hn::Set(d, metric.softening));
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #endif

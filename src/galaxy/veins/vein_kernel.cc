@@ -9,19 +9,7 @@
 #include "noise/perlin-inl.h"
 
 HWY_BEFORE_NAMESPACE();
-namespace gamer {
-namespace HWY_NAMESPACE {
-
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V Clamp01(D d, V x) {
-  return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, 1.0f));
-}
-
-template <class D, class V = hn::Vec<D>>
-HWY_INLINE V Smoothstep(D d, V x) {
-  const V u = Clamp01(d, x);
-  return hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
-}
+namespace gamer::HWY_NAMESPACE {
 
 /// 2 sin^2(pi x) = 1 - cos(2 pi x), absolute error below 3e-7.
 template <class D, class V = hn::Vec<D>>
@@ -156,26 +144,22 @@ void Displace(const Points& points, const SpiralBatch& spiral, const Displacemen
   }
 }
 
-/// Factors of the hash of spur j of arm m; the first is the step to the next spur.
-constexpr std::uint32_t spur_step = 0x9E3779B1u;
+/// A word of spur j of arm m; that of the next spur is larger by lattice_px.
 template <class D, class VU = hn::Vec<hn::RebindToUnsigned<D>>>
 HWY_INLINE VU SpurWord(D /*d*/, hn::Vec<D> m, hn::Vec<D> j, std::uint32_t seed) {
   const hn::RebindToSigned<D> di;
   const hn::RebindToUnsigned<D> du;
-  const VU along = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, j)), hn::Set(du, spur_step));
-  const VU arm = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, m)), hn::Set(du, 0x85EBCA77u));
+  const VU along = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, j)), hn::Set(du, lattice_px));
+  const VU arm = hn::Mul(hn::BitCast(du, hn::ConvertTo(di, m)), hn::Set(du, lattice_py));
   return hn::Add(hn::Add(along, hn::Set(du, seed)), arm);
 }
 
-/// A number in [0, 1) from the hash.
+/// A number in [0, 1) from a spur's word.
 template <class D, class VU>
-HWY_INLINE hn::Vec<D> SpurNumber(D d, VU h) {
-  const hn::RebindToSigned<D> di;
-  const hn::RebindToUnsigned<D> du;
-  h = hn::Mul(hn::Xor(h, hn::ShiftRight<16>(h)), hn::Set(du, 0x7FEB352Du));
-  h = hn::Mul(hn::Xor(h, hn::ShiftRight<15>(h)), hn::Set(du, 0x846CA68Bu));
-  h = hn::ShiftRight<9>(hn::Xor(h, hn::ShiftRight<16>(h)));
-  return hn::Mul(hn::ConvertTo(d, hn::BitCast(di, h)), hn::Set(d, 0x1p-23f));
+HWY_INLINE hn::Vec<D> SpurNumber(D d, VU word) {
+  const VU bits = hn::ShiftRight<9>(Mix32(hn::RebindToUnsigned<D>(), word));
+  return hn::Mul(hn::ConvertTo(d, hn::BitCast(hn::RebindToSigned<D>(), bits)),
+                 hn::Set(d, 0x1p-23f));
 }
 
 /// The arms' phases; most galaxies have no more arms than a vector has lanes.
@@ -239,7 +223,7 @@ HWY_INLINE SpurPlace<V> PlaceSpur(D d, V k, V away, V turns, V ratio, V v, V bar
   const V spur = hn::Floor(t);
   const auto word = SpurWord(d, m, spur, in.seed);
   const V first = SpurNumber(d, word);
-  const V second = SpurNumber(d, hn::Add(word, hn::Set(du, spur_step)));
+  const V second = SpurNumber(d, hn::Add(word, hn::Set(du, lattice_px)));
   const V number = hn::MulAdd(Smoothstep(d, hn::Sub(t, spur)), hn::Sub(second, first), first);
   const V vigour = hn::NegMulAdd(number, hn::Set(d, in.variation), one);
   const V share = hn::Div(hn::Mul(away, hn::Set(d, in.inverse_length)), vigour);
@@ -472,8 +456,7 @@ void Scaled(std::size_t size, const float* HWY_RESTRICT density, float scale,
   }
 }
 
-}  // namespace HWY_NAMESPACE
-}  // namespace gamer
+}  // namespace gamer::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE

@@ -120,8 +120,7 @@ std::string fits_number(double value) {
 }
 
 std::string_view trim_right(std::string_view text) {
-  const std::size_t last = text.find_last_not_of(' ');
-  return text.substr(0, last == std::string_view::npos ? 0 : last + 1);
+  return text.substr(0, text.find_last_not_of(' ') + 1);
 }
 
 std::string percent_encode(std::string_view text) {

@@ -278,6 +278,12 @@ std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG fi
   return texts;
 }
 
+std::vector<char*> pointers_to(std::vector<std::string>& texts) {
+  std::vector<char*> pointers;
+  for (std::string& text : texts) pointers.push_back(text.data());
+  return pointers;
+}
+
 void write_text_table(FitsFile& file, const TextTable& table, const std::vector<Card>& common) {
   const std::size_t columns = table.columns.size();
   // The first pass finds the widths, the second writes the texts, which may not fit in memory.
@@ -293,11 +299,8 @@ void write_text_table(FitsFile& file, const TextTable& table, const std::vector<
     names.push_back(table.columns[column]);
     forms.push_back(fmt::format("{}A", widths[column]));
   }
-  std::vector<char*> name_pointers, form_pointers;
-  for (std::string& name : names) name_pointers.push_back(name.data());
-  for (std::string& form : forms) form_pointers.push_back(form.data());
   file.call(fits_create_tbl, BINARY_TBL, LONGLONG{0}, static_cast<int>(names.size()),
-            name_pointers.data(), form_pointers.data(), nullptr, table.name.c_str());
+            pointers_to(names).data(), pointers_to(forms).data(), nullptr, table.name.c_str());
   file.call(fits_modify_comment, "TTYPE1", "line of the texts; 1: new row, 0: goes on");
   std::vector<Card> cards = common;
   cards.insert(cards.end(), table.cards.begin(), table.cards.end());
@@ -312,10 +315,8 @@ void write_text_table(FitsFile& file, const TextTable& table, const std::vector<
     if (count == 0) return;
     file.call(fits_write_col_int, 1, written + 1, LONGLONG{1}, count, numbers.data());
     for (std::size_t column = 0; column < columns; ++column) {
-      std::vector<char*> pointers;
-      for (std::string& text : texts[column]) pointers.push_back(text.data());
       file.call(fits_write_col_str, static_cast<int>(column) + 2, written + 1, LONGLONG{1}, count,
-                pointers.data());
+                pointers_to(texts[column]).data());
       texts[column].clear();
     }
     numbers.clear();

@@ -41,6 +41,9 @@ void reserve_checksum(FitsFile& file);
 std::vector<std::string> read_text_cells(FitsFile& file, int column, LONGLONG first,
                                          LONGLONG count);
 
+/// The texts as CFITSIO takes them.
+std::vector<char*> pointers_to(std::vector<std::string>& texts);
+
 /// Both functions append a binary table HDU; `common` cards come first. gamer/image/fits.h
 /// describes the format.
 void write_data_table(FitsFile& file, const DataTable& table, const std::vector<Card>& common);

@@ -18,8 +18,7 @@ class MpiGroup : public RankGroup {
  public:
   MpiGroup(int* argc, char*** argv);
   ~MpiGroup() override { end(run_error_code, {}, {}); }
-  MpiGroup(const MpiGroup&) = delete;
-  MpiGroup& operator=(const MpiGroup&) = delete;
+  MpiGroup& operator=(MpiGroup&&) = delete;
 
   int rank() const override { return rank_; }
   int size() const override { return size_; }

@@ -6,7 +6,7 @@ catalogue_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 import io
 import unittest
 
-from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
+from sky_program import SkyFolder, WrongInputs, nanojansky, toml  # First: the Python.
 
 import numpy as np
 from astropy.io import fits
@@ -340,14 +340,8 @@ WRONG_INPUTS = {
 }
 
 
-class WrongInput(unittest.TestCase):
-    def test_alone(self):
-        check_wrong_inputs(self, WRONG_INPUTS)
-
-    @unittest.skipIf(LAUNCHER is None, "built without MPI")
-    def test_under_mpirun(self):
-        names = ("no column galaxy", "code of SkyMaker")
-        check_wrong_inputs(self, {name: WRONG_INPUTS[name] for name in names}, ranks=3)
+class WrongInput(WrongInputs, unittest.TestCase):
+    cases, names = WRONG_INPUTS, ("no column galaxy", "code of SkyMaker")
 
 
 if __name__ == "__main__":

@@ -7,7 +7,7 @@ import gzip
 import io
 import unittest
 
-from sky_program import SkyFolder, check_wrong_inputs, toml  # First: the Python.
+from sky_program import SkyFolder, WrongInputs, check_wrong_inputs, toml  # First: the Python.
 
 import numpy as np
 from astropy import units
@@ -323,14 +323,8 @@ WRONG_INPUTS = {
 }
 
 
-class WrongInput(unittest.TestCase):
-    def test_alone(self):
-        check_wrong_inputs(self, WRONG_INPUTS)
-
-    @unittest.skipIf(LAUNCHER is None, "built without MPI")
-    def test_under_mpirun(self):
-        names = ("flags", "cut off")
-        check_wrong_inputs(self, {name: WRONG_INPUTS[name] for name in names}, ranks=3)
+class WrongInput(WrongInputs, unittest.TestCase):
+    cases, names = WRONG_INPUTS, ("flags", "cut off")
 
     def test_standard_input(self):
         for content, message in ((b"", "standard input: there is no header row"),

@@ -7,6 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
+import unittest
 
 SYSTEM_PYTHON = "/usr/bin/python3"
 try:
@@ -19,7 +20,7 @@ except ImportError:
 
 from astropy.io import fits
 
-from gamer_program import FILES, Folder
+from gamer_program import FILES, LAUNCHER, Folder
 
 if shutil.which("fitsverify") is None:
     sys.exit("no fitsverify: install it")
@@ -111,3 +112,14 @@ def check_wrong_inputs(test, cases, ranks=1):
             test.assertTrue(result.stderr.startswith(begin), result.stderr)
             test.assertIn(also, result.stderr)
             test.assertEqual(folder.content(), before)
+
+
+class WrongInputs:
+    """Tests of wrong inputs, `cases` of check_wrong_inputs(), and under mpirun of those of `names`."""
+
+    def test_alone(self):
+        check_wrong_inputs(self, self.cases)
+
+    @unittest.skipIf(LAUNCHER is None, "built without MPI")
+    def test_under_mpirun(self):
+        check_wrong_inputs(self, {name: self.cases[name] for name in self.names}, ranks=3)

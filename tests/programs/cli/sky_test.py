@@ -7,7 +7,8 @@ import re
 import subprocess
 import unittest
 
-from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
+from sky_program import (SkyFolder, WrongInputs, check_wrong_inputs,  # First: the Python.
+                         nanojansky, toml)
 
 import numpy as np
 from astropy import units as u
@@ -485,14 +486,8 @@ class Tools(unittest.TestCase):
         })
 
 
-class WrongInput(unittest.TestCase):
-    def test_alone(self):
-        check_wrong_inputs(self, WRONG_INPUTS)
-
-    @unittest.skipIf(LAUNCHER is None, "built without MPI")
-    def test_under_mpirun(self):
-        names = ("band outside the SED", "missing header")
-        check_wrong_inputs(self, {name: WRONG_INPUTS[name] for name in names}, ranks=3)
+class WrongInput(WrongInputs, unittest.TestCase):
+    cases, names = WRONG_INPUTS, ("band outside the SED", "missing header")
 
     def test_the_input_without_the_faults_is_fine(self):
         files, arguments, _, _ = case(begin="")

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import unittest
 
-from sky_program import (SMOOTH, SkyFolder, check_wrong_inputs, nanojansky,  # First: the Python.
+from sky_program import (SMOOTH, SkyFolder, WrongInputs, nanojansky,  # First: the Python.
                          toml)
 
 import numpy as np
@@ -310,14 +310,8 @@ WRONG_INPUTS = {
 }
 
 
-class WrongInput(unittest.TestCase):
-    def test_alone(self):
-        check_wrong_inputs(self, WRONG_INPUTS)
-
-    @unittest.skipIf(LAUNCHER is None, "built without MPI")
-    def test_under_mpirun(self):
-        name = "images that are there"
-        check_wrong_inputs(self, {name: WRONG_INPUTS[name]}, ranks=3)
+class WrongInput(WrongInputs, unittest.TestCase):
+    cases, names = WRONG_INPUTS, ("images that are there",)
 
 
 if __name__ == "__main__":

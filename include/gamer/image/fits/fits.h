@@ -11,7 +11,7 @@
 namespace gamer {
 
 /// A writer of FITS files through CFITSIO: `.fits`, and `.fits.fz` (GZIP_2 tiles of one row,
-/// lossless). Throws RunError.
+/// lossless). It throws RunError if writing fails.
 ///
 /// *HDUs.* In layout `cube` the primary HDU holds all planes (two axes if there is one plane). In
 /// `extensions` an empty primary HDU has the header's cards; one image HDU per plane follows, whose
@@ -61,7 +61,7 @@ struct FitsImage {
 };
 
 /// Reads FITS images of two axes or more, compressed or not. Images of several HDUs must have one
-/// size. Throws InputError.
+/// size. Throws InputError if the file has no such images.
 FitsImage read_fits(const std::filesystem::path& path);
 
 /// Reads only the text table `name`. Throws InputError when the file has none.

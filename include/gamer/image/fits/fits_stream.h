@@ -74,16 +74,19 @@ class FitsOutput {
   void write_empty(const FitsHeader& header);
   /// Writes an image HDU of planes of equal size, band after band; bitpix is -32 or -64. The first
   /// HDU is the primary one (in compressed files, the first extension). DATE becomes now. The third
-  /// axis counts the planes unless `further_axes` gives the axes' sizes. Throws RunError.
+  /// axis counts the planes unless `further_axes` gives the axes' sizes. Throws RunError if writing
+  /// fails.
   void write(const FitsHeader& header, const std::vector<PlanePtr>& planes, int bitpix, int threads,
              const std::vector<long long>& further_axes = {});
   /// Writes planes of different wavelengths (Angstrom; empty for none). The header gets the third
   /// axis, WAVE or PLANE, and cards WAVELENn, as in gamer/image/fits.h.
   void write_cube(const FitsHeader& header, const std::vector<PlanePtr>& planes,
                   const std::vector<double>& wavelengths, int bitpix, int threads);
-  /// Writes checksums and all data to disk; only the final name is then missing. Throws RunError.
+  /// Writes checksums and all data to disk; only the final name is then missing. Throws RunError if
+  /// writing fails.
   void complete();
-  /// Calls complete() if need be, then gives the file its final name. Throws RunError.
+  /// Calls complete() if need be, then gives the file its final name. Throws RunError if the file
+  /// cannot have it.
   void finish();
 
  private:
