@@ -109,7 +109,7 @@ double StarField::temperature(double luminosity, const Candidate& candidate) con
 ComponentKind starfield_kind() {
   const Parameter number = Parameter::number(
       "number", "",
-      Interval::closed(1, largest_number).usual_logarithmic(100000.0, 1000000000000.0), 1e11,
+      Interval::closed(1, largest_number).usual_logarithmic(100.0, 1000000000000.0), 1e11,
       "number of stars in the galaxy, including stars that are never drawn individually");
   return {
       .name = "starfield",
