@@ -108,9 +108,8 @@ double StarField::temperature(double luminosity, const Candidate& candidate) con
 
 ComponentKind starfield_kind() {
   const Parameter number = Parameter::number(
-      "number", "",
-      Interval::closed(1, largest_number).usual_logarithmic(100.0, 1000000000000.0), 1e11,
-      "number of stars in the galaxy, including stars that are never drawn individually");
+      "number", "", Interval::closed(1, largest_number).usual_logarithmic(100.0, 1000000000000.0),
+      1e11, "number of stars in the galaxy, including stars that are never drawn individually");
   return {
       .name = "starfield",
       .description =
