@@ -329,8 +329,8 @@ void GalaxyStatistics::normalise(std::size_t c) {
 
 double GalaxyStatistics::wanted_error(std::size_t c, double footprint) const {
   const bool is_whole_dust = footprint == 0 && component_at(c).absorbs();
-  double error = is_whole_dust ? std::min(galaxy_.mean_error(), whole_dust_error)
-                               : galaxy_.mean_error();
+  double error =
+      is_whole_dust ? std::min(galaxy_.mean_error(), whole_dust_error) : galaxy_.mean_error();
   if (is_reference() || !footprints_.needs_light_means) error *= dust_mean_error;
   return error / std::sqrt(share(c));
 }
