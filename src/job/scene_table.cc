@@ -4,7 +4,6 @@
 #include <charconv>
 #include <limits>
 #include <numeric>
-#include <ranges>
 #include <utility>
 #include <vector>
 
@@ -34,7 +33,8 @@ DataTable chosen_columns(const Resources::Text& text, std::span<const std::size_
 bool says_nothing(const DataTable& columns) {
   if (columns.columns.size() != 1) return false;
   const auto& rows = std::get<std::vector<std::int64_t>>(columns.columns.front().values);
-  return std::ranges::equal(rows, std::views::iota(std::ptrdiff_t{1}, std::ssize(rows) + 1));
+  std::int64_t number = 0;
+  return std::ranges::all_of(rows, [&](std::int64_t row) { return row == ++number; });
 }
 
 /// A column's unit as FITS writes it.

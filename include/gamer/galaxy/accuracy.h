@@ -70,7 +70,7 @@ struct Accuracy {
   double most_dimmed;
   /// Relative error of a texture's mean over a galaxy, as if its sample points were independent.
   /// The points are spread evenly, so their error is up to four times smaller. Controls a galaxy's
-  /// flux.
+  /// flux. Faint components and closures may have a larger error (docs/method.md, "Larger clouds").
   double mean_error;
   /// Whether all seeds of a galaxy's file share one closure of hidden dust. A new seed is then
   /// cheap, but its flux differs by chance from the flux with its own closure. Images with a grid

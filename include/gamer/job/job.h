@@ -82,8 +82,8 @@ struct RenderJob {
 /// Makes the changes of JobRequest::preview.
 void make_preview(RenderParameters& parameters);
 
-/// The source of a job's texts: the disk, or the image that is made again. Throws InputError if
-/// that image holds no record.
+/// The source of a job's texts: the disk, a look, or the image that is made again. Throws
+/// InputError if that image holds no record, or if the look's name is wrong.
 Resources open_resources(const JobRequest& request,
                          const std::vector<std::filesystem::path>& folders);
 
@@ -91,8 +91,8 @@ Resources open_resources(const JobRequest& request,
 /// change is wrong.
 RenderParameters load_parameters(const JobRequest& request, Resources& resources);
 
-/// The text of column_mapping() for the request's catalogue. Throws InputError if the catalogue
-/// cannot be read.
+/// The text of column_mapping() for the request's catalogue. Throws InputError if the parameters
+/// are wrong or the catalogue cannot be read.
 std::string mapping_text(const JobRequest& request, Resources& resources);
 /// Reads everything. Throws InputError if parameters, scene or galaxies are wrong.
 RenderJob read_job(const JobRequest& request, Resources& resources);

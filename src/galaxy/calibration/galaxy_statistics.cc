@@ -31,8 +31,8 @@ constexpr double cloud_margin = 1.5;
 // Largest error of the mean of fully resolved dust. Errors of dust in front of stars do not average
 // out.
 constexpr double whole_dust_error = 0.003;
-// Ratio of these errors for dust of galaxies of fixed flux, where they change colours alone. The
-// closure takes it, too: its variance hardly depends on the mean.
+// Factor on the error of means of dust in galaxies of fixed flux, where dust changes colours alone.
+// The factor holds for a closure's means, too, since its variance hardly depends on them.
 constexpr double dust_mean_error = 4;
 // Galaxies with stars are seen from within, where a camera may see little but one component. There
 // a component counts as at least this share of the light.

@@ -115,7 +115,7 @@ def check_wrong_inputs(test, cases, ranks=1):
 
 
 class WrongInputs:
-    """Tests of wrong inputs, `cases` of check_wrong_inputs(), and under mpirun of those of `names`."""
+    """Tests of the wrong inputs `cases`. Those of `names` also run under mpirun."""
 
     def test_alone(self):
         check_wrong_inputs(self, self.cases)
