@@ -404,8 +404,9 @@ void Renderer::find_hits(
       for (Hit& hit : hits) {
         set_footprint(sample.footprint, hit);
         if (is_fixed) {
-          hit.error_factor = accuracy.fixed_flux_error;
-          hit.step_factor = accuracy.fixed_flux_step;
+          const double pixel = pixel_in_ball_[static_cast<std::size_t>(hit.galaxy)];
+          hit.error_factor = accuracy.fixed_error(pixel);
+          hit.step_factor = accuracy.fixed_step(pixel);
         } else if (sample.size < shared_size) {
           hit.error_factor = accuracy.shared_error;
           hit.step_factor = accuracy.shared_step;

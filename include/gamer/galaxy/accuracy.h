@@ -23,7 +23,8 @@ struct Accuracy {
   double shared_error;
   double shared_step;
   /// shared_error and shared_step for rays that meet only galaxies whose fluxes are fixed by their
-  /// own rays. The errors of rays average out over a whole galaxy.
+  /// own rays, and that at most 64 pixels cross. The errors of rays average out over a whole
+  /// galaxy.
   double fixed_flux_error;
   double fixed_flux_step;
   /// Layers end where their envelope is exp(log_envelope_threshold) times its largest value.
@@ -96,6 +97,14 @@ struct Accuracy {
     return std::clamp(fixed_flux_spacing * coarse * coarse, 1.0, fixed_flux_spacing);
   }
 
+  /// Factors on ray_error and on the distance of first nodes in a galaxy of fixed flux. `pixel` is
+  /// the width of a pixel, galaxy radii. From 64 to 128 pixels across the galaxy the factor on
+  /// errors falls with the second power of the pixel, since fewer rays share a pixel.
+  double fixed_error(double pixel) const { return fixed_flux_error * share_of_small(pixel); }
+  double fixed_step(double pixel) const {
+    return fixed_flux_step * std::pow(share_of_small(pixel), 0.25);
+  }
+
   /// The smallest tolerance that densities of single precision allow. Smaller values count as this
   /// one.
   static constexpr double finest_tolerance = 3e-6;
@@ -111,13 +120,14 @@ struct Accuracy {
     const double coarser = std::max(t / 1e-4, 1.0);
     // Rays and means take most of the time for many small galaxies.
     const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
+    const double fine = std::min(t / 1e-3, 1.0);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
             .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
             .shared_error = 2 * std::pow(rough, 0.3),
             .shared_step = 1.5,
-            .fixed_flux_error = 16 * std::pow(rough, -0.6),
-            .fixed_flux_step = 2 * std::pow(rough, -0.125),
+            .fixed_flux_error = 64 * std::pow(rough, -0.6),
+            .fixed_flux_step = 3 * std::pow(rough, -0.125),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
@@ -126,13 +136,21 @@ struct Accuracy {
             .widest_footprint = std::sqrt(t / 1e-3) / 160,
             .ray_spacing = 0.8 * std::pow(rough, 0.2),
             .faint_brightness = 0.25 * std::log10(rough),
-            .fixed_flux_faint_brightness = 0.02 * std::min(t / 1e-3, 1.0) * std::pow(rough, 1.1),
+            .fixed_flux_faint_brightness = 0.04 * std::pow(fine, 1.5) * std::pow(rough, 0.8),
             .faint_spacing = std::pow(rough, 0.6),
             .edge_spacing = 0.8 * std::pow(rough, 0.2) * std::log10(rough),
             .fixed_flux_spacing = std::max(4 * std::pow(std::min(t / 1e-3, 1e-3 / t), 0.3), 1.0),
             .most_dimmed = std::min(0.003 * std::pow(t / 1e-3, 1.5), 1.0),
             .mean_error = 0.003 * std::pow(rough, 0.3),
             .shares_closure = t > 3e-3};
+  }
+
+ private:
+  /// 1 for pixels of a small galaxy, 1/4 where more than 128 pixels cross it.
+  static double share_of_small(double pixel) {
+    constexpr double most_pixels = 32;  // of a radius
+    const double coarse = most_pixels * pixel;
+    return std::clamp(coarse * coarse, 0.25, 1.0);
   }
 };
 
