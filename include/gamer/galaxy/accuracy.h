@@ -23,10 +23,12 @@ struct Accuracy {
   double shared_error;
   double shared_step;
   /// shared_error and shared_step for rays that meet only galaxies whose fluxes are fixed by their
-  /// own rays, and that at most 64 pixels cross. The errors of rays average out over a whole
-  /// galaxy.
+  /// own rays. The errors of rays average out over a whole galaxy.
   double fixed_flux_error;
   double fixed_flux_step;
+  /// Further factor on ray_error in galaxies of fixed flux that at most 64 pixels cross
+  /// (fixed_error()). Many rays make one of their pixels.
+  double small_galaxy_error;
   /// Layers end where their envelope is exp(log_envelope_threshold) times its largest value.
   /// Controls the light lost outside.
   double log_envelope_threshold;
@@ -97,12 +99,14 @@ struct Accuracy {
     return std::clamp(fixed_flux_spacing * coarse * coarse, 1.0, fixed_flux_spacing);
   }
 
-  /// Factors on ray_error and on the distance of first nodes in a galaxy of fixed flux. `pixel` is
-  /// the width of a pixel, galaxy radii. From 64 to 128 pixels across the galaxy the factor on
-  /// errors falls with the second power of the pixel, since fewer rays share a pixel.
-  double fixed_error(double pixel) const { return fixed_flux_error * share_of_small(pixel); }
+  /// Factor on ray_error in a galaxy of fixed flux. `pixel` is the width of a pixel, galaxy radii.
+  /// From 64 to 128 pixels across the galaxy, small_galaxy_error falls with the second power of the
+  /// pixel, at most to 1.
+  double fixed_error(double pixel) const { return fixed_flux_error * small_error(pixel); }
+  /// Factor on the distance of first nodes there. A factor of 4 on errors goes with 1.5 on
+  /// distances.
   double fixed_step(double pixel) const {
-    return fixed_flux_step * std::pow(share_of_small(pixel), 0.25);
+    return fixed_flux_step * std::pow(small_error(pixel), 0.29);
   }
 
   /// The smallest tolerance that densities of single precision allow. Smaller values count as this
@@ -126,8 +130,9 @@ struct Accuracy {
             .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
             .shared_error = 2 * std::pow(rough, 0.3),
             .shared_step = 1.5,
-            .fixed_flux_error = 64 * std::pow(rough, -0.6),
-            .fixed_flux_step = 3 * std::pow(rough, -0.125),
+            .fixed_flux_error = 16 * std::pow(rough, -0.6),
+            .fixed_flux_step = 2 * std::pow(rough, -0.125),
+            .small_galaxy_error = std::max(4 * std::pow(fine, 0.6), 1.0),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
@@ -146,11 +151,10 @@ struct Accuracy {
   }
 
  private:
-  /// 1 for pixels of a small galaxy, 1/4 where more than 128 pixels cross it.
-  static double share_of_small(double pixel) {
+  double small_error(double pixel) const {
     constexpr double most_pixels = 32;  // of a radius
     const double coarse = most_pixels * pixel;
-    return std::clamp(coarse * coarse, 0.25, 1.0);
+    return std::clamp(small_galaxy_error * coarse * coarse, 1.0, small_galaxy_error);
   }
 };
 
