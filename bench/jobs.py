@@ -63,6 +63,14 @@ def options_for(listed, suffix):
     return options, names
 
 
+def table(head, rows):
+    """Prints a table in Markdown."""
+    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
+    for row in rows:
+        print("| " + " | ".join(row) + " |")
+    print(flush=True)
+
+
 def timed(command):
     """Processor seconds of one run, user and system, and what it prints to both outputs."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)

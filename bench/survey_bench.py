@@ -41,7 +41,7 @@ import tomllib
 import numpy as np
 from astropy.io import fits
 
-from jobs import SOURCE, read_report, timed
+from jobs import SOURCE, read_report, table, timed
 
 PARAMETERS = SOURCE / "scenes" / "survey_field.par"
 SCENE = SOURCE / "scenes" / "survey_field.lst"
@@ -70,13 +70,6 @@ def reference_band():
     """It is the index of the magnitudes' band."""
     settings = tomllib.loads(PARAMETERS.read_text())
     return settings["spectrum"]["bands"].index(settings["photometry"]["reference_band"])
-
-
-def table(head, rows):
-    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
-    for row in rows:
-        print("| " + " | ".join(row) + " |")
-    print(flush=True)
 
 
 def number(value):

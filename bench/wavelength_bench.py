@@ -18,7 +18,7 @@ import tempfile
 import numpy as np
 from astropy.io import fits
 
-from jobs import options_for, timed
+from jobs import options_for, table, timed
 
 RENDER = """[image]
 size = {size}
@@ -63,13 +63,6 @@ def errors_of(gamer, view):
         exact = colours(gamer, folder, view, *WHOLE)
         return [[colours(gamer, folder, view, pixels, tolerance) / exact - 1 for pixels in SIZES]
                 for tolerance in TOLERANCES]
-
-
-def table(head, rows):
-    print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
-    for row in rows:
-        print("| " + " | ".join(row) + " |")
-    print(flush=True)
 
 
 def main():
