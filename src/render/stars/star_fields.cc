@@ -157,7 +157,9 @@ StarFields::StarFields(const Scene& scene, const Camera& camera, double stars_pe
       const StarField* stars = components[c]->star_field();
       if (stars == nullptr) continue;
       Field field{static_cast<int>(g), c, stars, std::numeric_limits<double>::infinity(), {}, {}};
-      if (placed.draws_stars && stars_per_pixel > 0)
+      // A component that is hidden while another one is shown alone has no amplitude.
+      const bool is_shown = std::as_const(*components[c]).amplitude() > 0;
+      if (placed.draws_stars && is_shown && stars_per_pixel > 0)
         set_limit(scene, camera, stars_per_pixel, field);
       if (std::isinf(field.limit)) {
         field.parts = {{std::shared_ptr<const Sed>(placed.galaxy, stars->sed()), {}}};

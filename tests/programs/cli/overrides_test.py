@@ -207,6 +207,23 @@ attenuated = false
             self.assertLess(self.light(folder, *words, "--solo", "disk").sum(), self.light(
                 folder, *words, "-s", "galaxy.spiral.lanes.optical_depth=0").sum())
 
+    def test_stars_of_hidden_fields_are_hidden(self):
+        young = """[[component]]
+class = "starfield"
+name = "young stars"
+sed = "flat"
+noise = false
+fraction = 0.5
+"""
+        with Folder(**{"spiral.toml": SHARES.replace("0.7", "0.2") + young}) as folder:
+            def draws_stars(name):
+                words = ("look", "spiral.toml", "-s", "image.size=[64, 64]", "-o", "out.fits", "--solo", name)
+                smooth, drawn = (self.light(folder, *words, "-s", f"sampling.stars_per_pixel={stars}")
+                                 for stars in (0, 1))
+                return smooth.tobytes() != drawn.tobytes()
+            self.assertFalse(draws_stars("disk"))
+            self.assertTrue(draws_stars("young stars"))
+
     def test_what_cannot_be_shown_is_said(self):
         wrong = {"bulge": "spiral.galaxy.solo: the galaxy has no component 'bulge'; its light is in "
                           "'round bulge', 'disk'",
