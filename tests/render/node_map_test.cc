@@ -139,6 +139,25 @@ TEST(NodeMapTest, SeveralFocusesShareARun) {
   EXPECT_NEAR(length, 2, 2e-3);
 }
 
+// Pieces may be long: a cut finds the nodes between their bounds, too.
+TEST(NodeMapTest, PiecesHaveEqualLengthsInU) {
+  for_each_simd_target([] {
+    NodeMap map;
+    map.add(-1, 1, std::vector<Focus>{{0.0, 0.05, 40}, {0.4, 0.002, 900}, {-0.3, 0.01, 300}});
+    map.measure();
+    std::vector<float> bounds;
+    for (const int pieces : {1, 2, 3, 7}) {
+      map.cut(0, pieces, bounds);
+      ASSERT_EQ(bounds.size(), static_cast<std::size_t>(pieces) + 1);
+      constexpr std::int32_t fine = 64;
+      const Nodes nodes = place(map, 0, fine * pieces + 1, 0);
+      for (std::size_t k = 0; k < bounds.size(); ++k) {
+        EXPECT_NEAR(bounds[k], nodes.s[fine * k], 1e-3 * double{nodes.weight[fine * k]}) << pieces;
+      }
+    }
+  });
+}
+
 TEST(NodeMapTest, RunsDoNotDependOnTheirNeighbours) {
   for_each_simd_target([&] {
     const NodeMap map = map_of_examples();

@@ -168,14 +168,8 @@ void AdaptiveSampler::begin_level(AdaptiveWorkspace& ws) const {
     const double pairs = std::ceil(0.5 * ws.map.length(r) / ws.segments[r].first_step);
     if (2 * pairs + 1 > most_first_nodes) {
       const double pieces = std::min(std::ceil(2 * pairs / piece_intervals), 0.5 * most_pieces);
-      const auto segment = static_cast<std::int32_t>(r), first = 0;
-      const auto count = static_cast<std::int32_t>(pieces) + 1;
-      const auto step = static_cast<float>(ws.map.length(r) / pieces);
-      ws.bounds.resize(static_cast<std::size_t>(count));
-      ws.no_weights.resize(ws.bounds.size());
-      ws.map.place({std::span(&segment, 1), std::span(&first, 1), std::span(&count, 1),
-                    std::span(&step, 1), 0.0f, ws.bounds.data(), ws.no_weights.data()});
-      cut_anew(segment, ws);
+      ws.map.cut(r, static_cast<int>(pieces), ws.bounds);
+      cut_anew(static_cast<std::int32_t>(r), ws);
       continue;
     }
     const auto cover = static_cast<std::uint64_t>(ws.segments[r].cover);

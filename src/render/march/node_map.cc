@@ -337,5 +337,21 @@ void NodeMap::place(const Places& places) const {
    places, memory());
 }
 
+void NodeMap::cut(std::size_t segment, int pieces, std::vector<float>& bounds) {
+  const auto steps_of_piece =
+      static_cast<std::int32_t>(std::ceil(length(segment) / pieces / largest_step));
+  const auto own = static_cast<std::int32_t>(segment), first = 0;
+  const std::int32_t count = pieces * steps_of_piece + 1;
+  const auto step = static_cast<float>(length(segment) / (count - 1));
+  steps_.resize(static_cast<std::size_t>(count));
+  weights_.resize(steps_.size());
+  place({std::span(&own, 1), std::span(&first, 1), std::span(&count, 1), std::span(&step, 1), 0.0f,
+         steps_.data(), weights_.data()});
+  bounds.clear();
+  for (std::int32_t k = 0; k < count; k += steps_of_piece) {
+    bounds.push_back(steps_[static_cast<std::size_t>(k)]);
+  }
+}
+
 }  // namespace gamer
 #endif

@@ -29,7 +29,8 @@ class NodeMap {
   double length(std::size_t segment) const { return double{length_[segment]}; }
 
   /// The output of place(). Segment segments[i] gets nodes at u = (k + shift) step[i], k in [0,
-  /// count[i]), from index first[i] on. A node has s and weight = ds/du step.
+  /// count[i]), from index first[i] on. A node has s and weight = ds/du step. Each node is found
+  /// from the one before it, hence step <= largest_step.
   struct Places {
     std::span<const std::int32_t> segments;
     std::span<const std::int32_t> first;
@@ -39,7 +40,10 @@ class NodeMap {
     float* s;
     float* weight;
   };
+  static constexpr double largest_step = 2;
   void place(const Places& places) const;
+  /// Fills `bounds` with the places s that cut a segment into `pieces` pieces of equal length in u.
+  void cut(std::size_t segment, int pieces, std::vector<float>& bounds);
 
  private:
   std::vector<float> begin_, end_, length_;
@@ -48,6 +52,7 @@ class NodeMap {
   /// Values of all focuses; `product` is rate times width.
   std::vector<float> centre_, inverse_width_, rate_, product_;
   std::vector<Focus> sorted_;
+  std::vector<float> steps_, weights_;  ///< used by cut()
 };
 
 }  // namespace gamer

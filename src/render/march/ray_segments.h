@@ -174,7 +174,6 @@ struct AdaptiveWorkspace {
   std::vector<std::int32_t> new_pieces;  ///< pieces that have no nodes yet
   std::vector<std::int32_t> pieces_of_ray;
   std::vector<float> bounds;
-  std::vector<float> no_weights;
   std::vector<NodeSource> sources;
   std::vector<NodeSlice> slices;
 
