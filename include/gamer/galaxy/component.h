@@ -139,10 +139,9 @@ class Component {
   /// Whether texture_means() gives the means of Phi, since a cloud of points would miss its peaks.
   virtual bool has_texture_mean() const { return false; }
   /// The means of Phi over the component for rays of each width (galaxy radii; 0 resolves
-  /// everything), with relative errors of about `errors`. The mean for a width does not depend on
+  /// everything), with a relative error of about `error`. The mean for a width does not depend on
   /// the others. Clouds that it uses have at most `most_points`.
-  virtual std::vector<double> texture_means(std::span<const double> widths,
-                                            std::span<const double> /*errors*/,
+  virtual std::vector<double> texture_means(std::span<const double> widths, double /*error*/,
                                             std::size_t /*most_points*/) const {
     return std::vector<double>(widths.size(), 1.0);
   }

@@ -133,11 +133,11 @@ using OctaveArrays = AssociationTexture::OctaveArrays;
 class Means {
  public:
   Means(const AssociationTexture& texture, const AssociationLayer& layer,
-        std::span<const double> footprints, std::span<const double> errors)
+        std::span<const double> footprints, double error)
       : texture_(texture),
         layer_(layer),
         widths_(footprints.begin(), footprints.end()),
-        errors_(errors.begin(), errors.end()),
+        error_(error),
         footprints_(footprints.size()) {
     for (std::size_t w = 0; w < widths_.size(); ++w) {
       std::fill_n(footprints_[w].data(), batch_capacity, static_cast<float>(widths_[w]));
@@ -172,7 +172,7 @@ class Means {
     const ClumpTier& tier = texture_.tiers()[l];
     const double clumps = double{tier.occupancy} / (tier.side * tier.side);
     const double chance = clump_spread * seen_of(tier, w) / std::sqrt(clumps);
-    const double excess = chance / (tier_error * errors_[w]);
+    const double excess = chance / (tier_error * error_);
     if (excess < 1 || 4 / (tier.side * tier.side) > most_cells) return 0;
     const auto parts = static_cast<std::size_t>(std::pow(excess, 1.5) / pairs_of_parts);
     return std::clamp(2 * pairs_of_parts * parts, fewest_points, most_clump_points);
@@ -190,7 +190,7 @@ class Means {
       result.push_back(rough[w].mean);
       double share = 1;
       for (const ClumpTier& tier : texture_.tiers()) share -= seen_of(tier, w);
-      const double excess = share * rough[w].error / rough[w].mean / errors_[w];
+      const double excess = share * rough[w].error / rough[w].mean / error_;
       if (excess <= 1) continue;
       const double needed = points_margin * static_cast<double>(first) * excess * excess;
       larger[shared_cloud_size(needed, layer_.most_points)].push_back(w);
@@ -316,18 +316,24 @@ class Means {
     const double c = double{tier.cosine} * tier.side, s = double{tier.sine} * tier.side;
     // The factor of an octave is below 2.
     const double most = std::ldexp(1.0, static_cast<int>(texture_.octaves_before(l)));
-    const int reach = static_cast<int>(std::ceil(1 / tier.side)) + 1;
-    const int middle_x = static_cast<int>(tier.offset_x);
-    const int middle_y = static_cast<int>(tier.offset_y);
+    // Cells within this radius may hold clumps, in sides of a cell.
+    const double reach = 1 / tier.side + 1;
+    const auto first_row = static_cast<int>(std::floor(double{tier.offset_y} - reach)) - 1;
+    const auto last_row = static_cast<int>(std::ceil(double{tier.offset_y} + reach));
     std::vector<Clump> result;
-    for (int j = middle_y - reach; j <= middle_y + reach; ++j) {
+    for (int j = first_row; j <= last_row; ++j) {
+      // The row's places nearest to the axis.
+      const double near = std::max({j - double{tier.offset_y}, double{tier.offset_y} - j - 1, 0.0});
+      const double half = std::sqrt(std::max(reach * reach - near * near, 0.0));
+      const auto first = static_cast<int>(std::floor(double{tier.offset_x} - half)) - 1;
+      const auto last = static_cast<int>(std::ceil(double{tier.offset_x} + half));
       const std::uint32_t along = mix32(static_cast<std::uint32_t>(j) * lattice_py + tier.seed);
-      for (int i = middle_x - reach; i <= middle_x + reach; ++i) {
+      for (int i = first; i <= last; ++i) {
         const std::uint32_t word = mix32((static_cast<std::uint32_t>(i) * lattice_px) ^ along);
         const double u = i + (word & 0xFFFF) * 0x1p-16 - double{tier.offset_x};
         const double v = j + (word >> 16) * 0x1p-16 - double{tier.offset_y};
+        if (u * u + v * v > reach * reach) continue;
         const double x = tier.side * (c * u - s * v), y = tier.side * (s * u + c * v);
-        if (std::hypot(x, y) > 1 + tier.side) continue;
         const std::uint32_t again = mix32(word + cell_step);
         const double number = (again & 0xFFFF) * 0x1p-16;
         const double occupancy = double{tier.occupancy} * density_at(texture_.density(), x, y);
@@ -378,7 +384,8 @@ class Means {
 
   const AssociationTexture& texture_;
   const AssociationLayer& layer_;
-  std::vector<double> widths_, errors_;
+  std::vector<double> widths_;
+  double error_;
   std::vector<BatchArray> footprints_;
 };
 
@@ -387,8 +394,8 @@ class Means {
 std::vector<double> association_means(const AssociationTexture& texture,
                                       const AssociationLayer& layer,
                                       std::span<const double> footprints,
-                                      std::span<const double> errors) {
-  return Means(texture, layer, footprints, errors).values();
+                                      double error) {
+  return Means(texture, layer, footprints, error).values();
 }
 
 }  // namespace gamer

@@ -21,7 +21,7 @@ struct AssociationLayer {
 };
 
 /// The means of Phi over a layer for rays of each footprint (galaxy radii; 0 resolves everything),
-/// with relative errors of about `errors`:
+/// with a relative error of about `error`:
 ///   <Phi>/scale = (1 - sum_l s_l) <M> + sum_l s_l <M C_l>.
 /// Such rays see the share s_l of the light in clumps of tier l. C_l is the light of these clumps,
 /// relative to its mean. <M> is a mean over a cloud of points. A cloud would miss the few brightest
@@ -31,6 +31,6 @@ struct AssociationLayer {
 std::vector<double> association_means(const AssociationTexture& texture,
                                       const AssociationLayer& layer,
                                       std::span<const double> footprints,
-                                      std::span<const double> errors);
+                                      double error);
 
 }  // namespace gamer

@@ -41,7 +41,7 @@ class Associations : public Layer {
 
   double envelope_integral() const override { return integral_; }
   bool has_texture_mean() const override { return true; }
-  std::vector<double> texture_means(std::span<const double> widths, std::span<const double> errors,
+  std::vector<double> texture_means(std::span<const double> widths, double error,
                                     std::size_t most_points) const override {
     AssociationLayer layer;
     layer.density = [&](const Points& points, float* out) {
@@ -55,7 +55,7 @@ class Associations : public Layer {
     std::vector<double> footprints(widths.begin(), widths.end());
     for (double& footprint : footprints) footprint *= footprint_scale();
     return association_means(static_cast<const AssociationTexture&>(*texture()), layer, footprints,
-                             errors);
+                             error);
   }
 
  private:
