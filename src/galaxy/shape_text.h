@@ -16,8 +16,8 @@ std::string measure_key(const GalaxySettings& settings);
 /// fractions and the optical depth of smooth layers do not count.
 std::string shape_text(const ConfigNode& file, const GalaxySettings& settings);
 
-/// A text of what decides components besides their own tables: arms and axis of a galaxy file's
-/// tree.
+/// A text of all that components depend on besides their own tables: arms and axis of a galaxy
+/// file's tree.
 std::string surroundings_text(const ConfigNode& file);
 
 /// The digests of a component's table; `name` is its name. Components that differ in spectrum and

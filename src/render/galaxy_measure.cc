@@ -30,8 +30,8 @@ constexpr double largest_window = 128;
 // may hold such parts.
 constexpr double most_window_numbers = 1 << 24;
 
-// Largest cosine of the angle between a pixel's sides there, and largest relative change of a
-// pixel's area over the window.
+// Largest cosine of the angle between a pixel's sides in the window, and largest relative change of
+// a pixel's area over the window.
 constexpr double largest_skew = 0.1;
 constexpr double largest_change = 1e-5;
 
@@ -123,8 +123,8 @@ class SumOfRays {
   void add(const SumOfRays& more, double factor);
   /// Light without dust in all planes.
   double free() const { return std::accumulate(free_.begin(), free_.end(), 0.0); }
-  /// All of the measure except half_light_radius. `exact` is the flux without dust where the flux
-  /// is fixed, else null; `area` is that of a pixel.
+  /// The measure without half_light_radius. `exact` is the flux without dust where the flux is
+  /// fixed, else null; `area` is that of a pixel.
   GalaxyMeasure result(const std::vector<double>* exact, double area) const;
 
  private:

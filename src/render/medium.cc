@@ -338,7 +338,7 @@ void Medium::fill_share(const PlacedGalaxy& galaxy, const GalaxyClass& kind,
                                 : 0.0f;
     }
   }
-  // The brightest component, for a galaxy of brightness 1, comes after the sums.
+  // The light of the brightest component, for a galaxy of brightness 1, is stored after the sums.
   const double* sums = weights_.get() + share.weights + kind.light.size() * planes_times_steps();
   for (std::size_t s = 0; s < steering_.size(); ++s) {
     double typical = 0;

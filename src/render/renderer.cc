@@ -230,7 +230,8 @@ void Renderer::render_rows(RowRange rows, std::span<double> values, RenderCounts
       render_tiles(middle, right, bottom, top);
     }
   };
-  // Tiles are the whole image's, so that a region chooses among the same galaxies.
+  // Tiles are those of the whole image, so that a region considers the galaxies that the image
+  // does.
   const int begin = tile_begin(window.left);
   const int end = std::max(std::min(tile_begin(window.right() + tile_size - 1), camera_.width()),
                            window.right());

@@ -68,7 +68,7 @@ struct ColumnScale {
   double envelope = HUGE_VAL;
   double edge = HUGE_VAL;     ///< scale of an edge, a line across many rays
   double texture = HUGE_VAL;  ///< scale of arms and noise, which extend over many rays
-  /// About the largest value of the envelope along the ray and its neighbours, as a share of the
+  /// Approximate largest value of the envelope along the ray and its neighbours, as a share of the
   /// component's peak.
   double brightness = 1;
 };
@@ -83,8 +83,8 @@ struct GalaxySettings {
   std::shared_ptr<const ConfigNode> overrides = nullptr;
   /// The reference of a galaxy of the same file (Galaxy::reference()), or null.
   std::shared_ptr<Galaxy> reference = nullptr;
-  /// A galaxy with another seed, or of the file before an edit, or null. What equals it and does
-  /// not depend on the seed is copied from it.
+  /// The twin: a galaxy of the file with another seed, or of the file before an edit, or null.
+  /// Measurements that are equal in both, whatever the seed, are copied from the twin.
   std::shared_ptr<const Galaxy> twin = nullptr;
   /// Sets the accuracy of the means of textures.
   Accuracy accuracy = Accuracy::from_tolerance(1e-3);
@@ -101,8 +101,8 @@ struct ColumnCloud {
   std::vector<float> steps;
 };
 
-/// Digests of what decides a component. Components of equal digests are equal in that respect, in
-/// any galaxy of any file.
+/// Digests of a component's parameters. Components with one equal digest have equal envelopes,
+/// forms or textures, in any galaxy of any file.
 struct ComponentDigests {
   std::string envelope;  ///< decides the envelope
   std::string form;      ///< decides all but the amplitude, the spectrum and what a seed changes

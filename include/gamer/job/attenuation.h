@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// How a galaxy's magnitude includes what its own dust absorbs. photometry.attenuated decides
+/// How a galaxy's magnitude includes the absorption by its own dust. photometry.attenuated decides
 /// whether it does; by default apparent magnitudes do.
 enum class ObservedLight {
   rays,  ///< the galaxy's rays in the image add up to its magnitude (PlacedGalaxy::has_fixed_flux)

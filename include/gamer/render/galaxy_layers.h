@@ -12,8 +12,8 @@
 namespace gamer {
 
 /// A galaxy in pixels of an image, as if it were alone and of brightness 1. A pixel has `numbers`
-/// numbers, ordered by quantity and within it by spectral plane. First come the light and the share
-/// of light behind the galaxy that comes through. Then follow the optical depth, the light of each
+/// numbers, ordered by quantity and within it by spectral plane. First come the light and the
+/// transmission of light from behind the galaxy. Then follow the optical depth, the light of each
 /// emitting component and the light without dust, where output planes need them.
 struct GalaxyLayer {
   ImageRegion region;  ///< of the whole image

@@ -206,8 +206,8 @@ class Medium {
   /// brightness 1. `light` holds its G_j. With `dust_free` the brightness is that without dust.
   void add_planes(int galaxy, std::size_t component, const double* light, bool dust_free,
                   std::span<double> out) const;
-  /// The share of light behind a galaxy that comes through it in a plane, from the shares at the
-  /// spectral nodes. The light is taken to have the spectrum of the galaxy's first component.
+  /// The transmission of a galaxy in a plane, from its transmissions at the spectral nodes. The
+  /// light behind the galaxy is taken to have the spectrum of the galaxy's first component.
   double through(int galaxy, std::size_t plane, const double* through) const;
   /// The value at a plane's pivot wavelength of a quantity that is known at the spectral nodes.
   double at_pivot(std::size_t plane, const double* values) const;

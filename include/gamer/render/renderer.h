@@ -89,9 +89,9 @@ class Renderer {
       std::function<void(double x, double y, double area, std::span<const double> seen,
                          std::span<const double> dust_free)>;
   /// The parts of a galaxy's layer in a region of the whole image; calls `take` for the galaxy's
-  /// rays. A pixel has numbers by spectral plane. They are the share of light behind that comes
-  /// through, the optical depth if an image shows it, then the light of each emitting component.
-  /// Last comes the light of each component without dust, if an image shows it.
+  /// rays. A pixel has numbers by spectral plane. They are the transmission of light from behind,
+  /// the optical depth if an image shows it, then the light of each emitting component. Last comes
+  /// the light of each component without dust, if an image shows it.
   GalaxyLayer layer_parts(int galaxy, const ImageRegion& region, const TakeLayerRay& take,
                           RenderCounts& counts) const;
   /// The layer that consists of these parts. The light of each component is multiplied by its

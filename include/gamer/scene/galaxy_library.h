@@ -22,7 +22,7 @@ namespace gamer {
 struct Scene;
 class SceneRow;
 
-/// The name by which scene.overrides know a type: that of its file, without folder and suffix.
+/// The name of a type in scene.overrides: the name of its file, without folder and suffix.
 std::string name_of_type(const std::string& type);
 
 /// Suffixes of files in `galaxies/`.

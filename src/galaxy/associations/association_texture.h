@@ -42,18 +42,18 @@ struct AssociationParameters {
 /// The texture of young stars: clumps that gather in complexes. Their luminosities have the
 /// distribution dN/dL ~ L^-a between cut-offs, and their diameters are D ~ L^(1/size_exponent).
 ///
-/// Clumps are grouped in tiers l, within each of which diameters differ by at most a factor of 2.
-/// A tier has a square lattice, turned by an angle of its own, whose cells are as large as its
+/// Clumps are grouped in tiers l, within each of which diameters differ by at most a factor of 2. A
+/// tier has a square lattice, turned by an angle of its own, whose cells are as large as its
 /// largest clump. A cell's hash gives a place within the cell, a number u in [0, 1), one of
-/// clump_count clumps, and its shape (association_kernel.h). The clumps are quantiles of the
-/// tier's luminosities, with heights z_k above the plane, radii R_k and ages. Old clumps have
-/// fainter cores and deeper cavities. Ages beyond age_range fade, so that components of equal seeds
-/// and different ranges show the same clumps at several ages. A clump of profile K_k exists where u
-/// < p_k; p_k is the surface density of clumps at its centre, times the cell's area. Its weight w_k
-/// falls from 1 at u = p_k (1 - fade_range) to 0 at u = p_k (1 + fade_range). The density is that
-/// of the layer times M_l, a product of octaves (multiply_octave()) whose mean is 1. These octaves
-/// are longer than four of the tier's largest diameters, and M_l is at least least_complexes. With
-/// M the product of all octaves,
+/// clump_count clumps, and its shape (association_kernel.h). The clumps are quantiles of the tier's
+/// luminosities, with heights z_k above the plane, radii R_k and ages. Old clumps have fainter
+/// cores and deeper cavities. Ages beyond age_range fade, so that components of equal seeds and
+/// different ranges show the same clumps at several ages. A clump of profile K_k exists where u <
+/// p_k (1 + fade_range); p_k is the surface density of clumps at its centre, times the cell's area.
+/// Its weight w_k falls from 1 at u = p_k (1 - fade_range) to 0 at u = p_k (1 + fade_range). The
+/// density is that of the layer times M_l, a product, of mean 1, of octaves (multiply_octave()).
+/// These octaves are longer than four of the tier's largest diameters, and M_l is at least
+/// least_complexes. With M the product of all octaves,
 ///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p_k - 1)).
 /// The heights z_k follow sech^2(z/z0) convolved with a core, without the layer's edge. The
 /// amplitudes of halo and cores make each clump emit exactly its luminosity, apart from octaves

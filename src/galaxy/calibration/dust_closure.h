@@ -21,8 +21,8 @@ inline constexpr double closure_footprint_ratio = std::numbers::sqrt3;
 inline constexpr double largest_closure_footprint = 1.0 / 9;
 
 /// Whether the closure of a galaxy is measured on fewer rays, since it has small clouds
-/// (Galaxy::most_cloud_points()). The light that the dust hides then counts as if it followed the
-/// dust, and the closure does not depend on other components.
+/// (Galaxy::most_cloud_points()). The light behind the dust then counts as if it were distributed
+/// as the dust, and the closure does not depend on other components.
 bool is_coarse_closure(const Galaxy& galaxy);
 
 /// Measures the closure of component c, which absorbs, for rays of one of DustClosure::obliquities

@@ -47,7 +47,7 @@ class Bar : public Component {
   /// S without ansae.
   double body(double m) const;
   double height(double u) const;
-  /// About the largest value of the envelope along a ray and its neighbours within `reach`, as a
+  /// Approximate largest value of the envelope along a ray and its neighbours within `reach`, as a
   /// share of its peak. The ray o + t d is in coordinates (u, v, z) and passes the centre at
   /// `distance`.
   double brightness(const double o[3], const double d[3], double distance, double reach) const;

@@ -9,7 +9,7 @@
 namespace gamer {
 
 /// The density that projects to Sersic's law I(X) = exp(-b X^(1/n)), X and x in units of R_e, with
-/// half of the light inside X = 1. Abel's integral, X = x cosh t, is
+/// half of the projected light inside X = 1. Abel's integral, X = x cosh t, is
 ///   nu(x) = b/(pi n) int_0^inf (x cosh t)^(1/n - 1) exp(-b (x cosh t)^(1/n)) dt,
 /// tabulated in ln x (b: Ciotti & Bertin 1999). Linear interpolation of ln nu between the nodes
 /// errs by 4e-6 b/n^2 x^(1/n). n is in [0.5, 10].

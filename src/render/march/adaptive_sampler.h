@@ -7,7 +7,7 @@
 
 namespace gamer {
 
-// A segment has at least fewest_nodes nodes, so that every second node still makes a cubic.
+// A segment has at least fewest_nodes nodes, so that a cubic fits through every second node.
 // Segments that begin with more than most_first_nodes, or reach more than most_nodes, are cut into
 // pieces.
 inline constexpr std::int32_t fewest_nodes = 9;

@@ -58,8 +58,9 @@ struct Steered {
     change = std::abs(better - value);
     value = better;
   }
-  /// Estimates the error. Doubling the nodes at best squares an error relative to `scale`. Of a
-  /// texture's error it leaves at least texture_share. A smaller change is a coincidence.
+  /// Estimates the error. Doubling the nodes at best squares an error relative to `scale`. Doubling
+  /// leaves at least the share texture_share of a texture's error. A smaller change is a
+  /// coincidence.
   double error(double scale, bool has_texture) const {
     const double earlier = double{earlier_change};
     const double least = has_texture ? texture_share * earlier : 0.0;

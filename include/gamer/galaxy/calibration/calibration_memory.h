@@ -47,8 +47,8 @@ class CalibrationMemory {
   mutable std::mutex mutex_;
   std::size_t most_bytes_;
   std::size_t recalled_ = 0, measured_ = 0;
-  /// `recent_` holds the parts used since it was last full. `older_` is the `recent_` of that time,
-  /// and is forgotten when `recent_` is full again.
+  /// `recent_` holds the parts used since it was last full. The parts that filled it are then in
+  /// `older_`, which is forgotten when `recent_` is full again.
   std::unique_ptr<Generation> recent_ = std::make_unique<Generation>();
   std::unique_ptr<Generation> older_ = std::make_unique<Generation>();
   std::size_t recent_bytes_ = 0;

@@ -54,7 +54,7 @@ class GalaxyStatistics {
   /// Uses the threads of parallel_for(); one thread at a time may call this function. Throws
   /// InputError where a texture is constant, zero or infinite over its component.
   void measure(Round round, std::size_t part, std::span<double> numbers);
-  /// Gives the galaxy the numbers of a part. Parts are taken in their order.
+  /// Gives the numbers of a part to the galaxy. Parts are taken in order.
   void take(Round round, std::size_t part, std::span<const double> numbers);
   /// Ends a round after all its parts were taken. Throws InputError where a texture is zero or
   /// infinite.

@@ -91,7 +91,7 @@ class Layer : public Component {
   bool cut(const BallRay& ray, const Accuracy& accuracy, Path& path) const;
   /// Nodes per length that the texture needs on a ray of this speed.
   double texture_rate(const BallRay& ray, double speed) const;
-  /// About the largest value of sech^2(z/h) f along a ray and its neighbours within `reach`, as a
+  /// Approximate largest value of sech^2(z/h) f along a ray and its neighbours within `reach`, as a
   /// share of the peak of f. `nearest` is the ray's point closest to the centre.
   double brightness(const double nearest[3], const double direction[3], double reach) const;
   /// Narrows a path within a radius to the part within `limit` of the warped mid-plane; false where
