@@ -393,8 +393,7 @@ class Means {
 
 std::vector<double> association_means(const AssociationTexture& texture,
                                       const AssociationLayer& layer,
-                                      std::span<const double> footprints,
-                                      double error) {
+                                      std::span<const double> footprints, double error) {
   return Means(texture, layer, footprints, error).values();
 }
 

@@ -30,7 +30,6 @@ struct AssociationLayer {
 /// their sum have <M C_l> = <M>.
 std::vector<double> association_means(const AssociationTexture& texture,
                                       const AssociationLayer& layer,
-                                      std::span<const double> footprints,
-                                      double error);
+                                      std::span<const double> footprints, double error);
 
 }  // namespace gamer
