@@ -349,8 +349,8 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
   }
   NumberWriter writer(numbers);
   if (component_at(c).has_texture_mean()) {
-    for (const double mean :
-         component_at(c).texture_means(widths, error_of_texture_mean(c), galaxy_.most_cloud_points())) {
+    for (const double mean : component_at(c).texture_means(widths, error_of_texture_mean(c),
+                                                           galaxy_.most_cloud_points())) {
       writer.add(mean);
       writer.add(0);
     }

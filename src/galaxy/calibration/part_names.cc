@@ -23,7 +23,7 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
         if (mean.component != c) continue;
         append_widths({&mean.footprint, 1}, text);
         if (component_at(c).has_texture_mean()) {
-          text += fmt::format(" to {:a}", error_of_texture_mean(c, mean.footprint));
+          text += fmt::format(" to {:a}", error_of_texture_mean(c));
         }
       }
       return text;
