@@ -152,7 +152,8 @@ TEST(NodeMapTest, PiecesHaveEqualLengthsInU) {
       constexpr std::int32_t fine = 64;
       const Nodes nodes = place(map, 0, fine * pieces + 1, 0);
       for (std::size_t k = 0; k < bounds.size(); ++k) {
-        EXPECT_NEAR(bounds[k], nodes.s[fine * k], 1e-3 * double{nodes.weight[fine * k]}) << pieces;
+        EXPECT_NEAR(bounds[k], nodes.s[fine * k], 1.2e-4 * double{nodes.weight[fine * k]})
+            << pieces;
       }
     }
   });

@@ -28,6 +28,9 @@ constexpr std::size_t first_cloud = std::size_t{1} << 13;
 constexpr std::size_t rough = 8;
 constexpr double least_larger_cloud = 1 << 15;
 constexpr double cloud_margin = 1.5;
+// Largest error of the mean of fully resolved dust. Errors of dust in front of stars do not average
+// out.
+constexpr double whole_dust_error = 0.003;
 // Factor on the error of means of dust in galaxies of fixed flux, where dust changes colours alone.
 // The factor holds for a closure's means, too, since its variance hardly depends on them.
 constexpr double dust_mean_error = 4;
@@ -324,18 +327,20 @@ void GalaxyStatistics::normalise(std::size_t c) {
   is_normalised_[c] = true;
 }
 
-double GalaxyStatistics::wanted_error(std::size_t c) const {
-  double error = galaxy_.mean_error();
+double GalaxyStatistics::wanted_error(std::size_t c, double footprint) const {
+  const bool is_whole_dust = footprint == 0 && component_at(c).absorbs();
+  double error =
+      is_whole_dust ? std::min(galaxy_.mean_error(), whole_dust_error) : galaxy_.mean_error();
   if (is_reference() || !footprints_.needs_light_means) error *= dust_mean_error;
   return error / std::sqrt(share(c));
 }
 
 double GalaxyStatistics::error_of_texture_mean(std::size_t c) const {
-  return std::exp2(std::floor(std::log2(wanted_error(c))));
+  return std::exp2(std::floor(std::log2(wanted_error(c, widest_mean))));
 }
 
 std::size_t GalaxyStatistics::points_needed(const Mean& mean, double error) const {
-  const double excess = error / wanted_error(mean.component);
+  const double excess = error / wanted_error(mean.component, mean.footprint);
   const auto first = static_cast<double>(first_points());
   if (!(excess > 1) || galaxy_.most_cloud_points() <= first_points()) return 0;
   const double needed = std::max(cloud_margin * first * excess * excess, least_larger_cloud);

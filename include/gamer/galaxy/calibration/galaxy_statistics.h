@@ -105,10 +105,11 @@ class GalaxyStatistics {
   /// largest allowed, so that means share clouds.
   std::size_t points_needed(const Mean& mean, double error) const;
   std::size_t first_points() const;
-  /// The relative error that the means of component c's Phi may have.
-  double wanted_error(std::size_t c) const;
-  /// wanted_error() for Component::texture_means(), rounded down to a power of 2. Most changes of
-  /// light fractions thus measure nothing again.
+  /// The relative error that the mean of component c's Phi at this footprint may have.
+  double wanted_error(std::size_t c, double footprint) const;
+  /// wanted_error() for Component::texture_means(), rounded down to a power of 2. It does not
+  /// depend on the footprint, since such components emit. Most changes of light fractions thus
+  /// measure nothing again.
   double error_of_texture_mean(std::size_t c) const;
   /// Component c's share of the galaxy's light, for the error of its means; 1 for dust.
   double share(std::size_t c) const;
