@@ -13,8 +13,9 @@ bool measures_star_tone(const RenderParameters& parameters, const Scene& scene);
 PictureTone picture_tone(const RenderJob& job, const Image& image);
 
 /// Finds the tone of a job's picture, for the discs of its stars. It is image.tone where that is
-/// given, else automatic_tone() of some thousand evenly spread pixels whose stars are smooth light.
-/// Every rank calls this function, and gets equal numbers.
+/// given, else automatic_tone() of some thousand pixels whose stars are smooth light: evenly spread
+/// ones and a few at the nuclei of galaxies. Every rank calls this function, and gets equal
+/// numbers.
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads);
 
 /// `output` with the tone of the stars' discs for a picture that has no tone of its own. The discs

@@ -1,0 +1,59 @@
+#include "gamer/job/star_tone.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "completed.h"
+#include "gamer/job/schedule.h"
+#include "gamer/parallel/executor.h"
+#include "gamer/render/renderer.h"
+
+namespace gamer {
+namespace {
+
+const char* const bulge_with_stars =
+    "[[component]]\nclass = \"bulge\"\nsed = \"flat\"\neffective_radius = 0.1\nfraction = 0.9\n"
+    "[[component]]\nclass = \"starfield\"\nsed = \"flat\"\nz0 = 0.05\n"
+    "fraction = 0.1\nnumber = 30000\n";
+
+RenderJob job_of(const std::string& size, const std::string& rows) {
+  const std::string parameters =
+      "[image]\nsize = " + size +
+      "\noutput = \"out.png\"\n[camera]\nprojection = \"orthographic\"\nposition = [0, 0, 10]\n"
+      "up = [0, 1, 0]\nwidth = 2.5\n[spectrum]\nwavelengths = [5500]\n[sampling]\n"
+      "tolerance = 1e-2\n";
+  return test::completed({{"render.par", "render.par", parameters},
+                          {"scene.lst", "scene.lst", "galaxy x y z size\n" + rows},
+                          {"galaxies/mine", "mine.toml", bulge_with_stars}});
+}
+
+/// Share of the pixels that would be brighter than white if all stars were smooth light.
+double white_share(const RenderJob& job) {
+  RenderParameters parameters = job.parameters;
+  parameters.sampling.stars_per_pixel = 0;
+  ThreadExecutor executor(1);
+  const Image image =
+      render_image(Renderer(parameters, job.camera, job.scene, job.spectrum), executor);
+  const PictureTone tone = PictureTone::of_numbers(job.parameters.stars.tone.value());
+  const double white = tone.black[0] + picture_white(tone, 1, {}).at(0);
+  int count = 0;
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) count += image.at(x, y, 0) > white;
+  }
+  return count / (double(image.width()) * image.height());
+}
+
+TEST(StarTone, NucleiAreWhiteWhereverTheyLie) {
+  for (const auto& [size, rows] :
+       {std::pair("[480, 480]", "mine 0 0 0 1\n"),
+        std::pair("[480, 400]", "mine 0.3 -0.21 0 0.7\n"),
+        std::pair("[480, 480]", "mine -0.6 0.5 0 0.5\nmine 0.52 0.3 0 0.5\nmine 0 -0.5 0 0.5\n")}) {
+    const double share = white_share(job_of(size, rows));
+    EXPECT_GT(share, 0.5e-4) << size << rows;
+    EXPECT_LT(share, 1.5e-4) << size << rows;
+  }
+}
+
+}  // namespace
+}  // namespace gamer
