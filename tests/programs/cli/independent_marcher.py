@@ -1186,7 +1186,7 @@ RATIOS = {
     "m51": {"associations": 1.308846, "H II regions": 1.347636, "lanes": 1.004634},
     "milky_way": {"arms": 0.996742, "associations": 0.761226, "H II regions": 1.002066,
                   "lanes": 0.972112, "Great Rift": 1.024845},
-    "ngc4321": {"arms": 1.005989, "associations": 2.018685, "H II regions": 1.656391,
+    "ngc4321": {"arms": 1.005989, "associations": 0.960391, "H II regions": 0.45854,
                 "lanes": 0.992458},
     "ngc4594": {"ring dust": 0.997926, "inner strands": 1.004114},
     "ngc891": {"young disk": 0.995446, "associations": 3.184359, "H II regions": 3.652123,
