@@ -47,14 +47,16 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 ///
 /// *Balance.* L_c is the channel's light and L the mean of the L_c. The light of every channel is
 /// summed over the pixels in which some channel is 3 sigma above its sky. Channel c is multiplied
-/// by (L/L_c)^0.5. With exponent 1 every galaxy's sum would be white, with 0 red galaxies would be
-/// all red. With 0.5 a yellow-white bulge in a bluer disk remains. Green is then scaled so that its
-/// light is the geometric mean of red's and blue's: no galaxy as a whole is green or magenta.
+/// by (L/L_c)^0.5. With exponent 1 the summed light would always be white; with exponent 0 a red
+/// galaxy would be red all over. With 0.5 a yellow-white bulge in a bluer disk remains. Green is
+/// then scaled so that its light is the geometric mean of red's and blue's: no galaxy as a whole is
+/// green or magenta.
 ///
-/// *Stretch.* lupton_stretch() with the slope for which F(I_80) = 0.28 F(white). 80 % of the light
-/// lies above the brightness I_80 (a spiral's outer disk); white is the 99.99 % quantile of the
-/// pixels with light. Where I_80 > 0.28 white the stretch is linear. The scale makes the largest
-/// channel 1 at its own 99.99 % quantile, so that the nucleus is not saturated.
+/// *Stretch.* lupton_stretch() is applied with the slope for which F(I_80) = 0.28 F(white). The
+/// pixels brighter than I_80 (in a spiral, those inside the outer disk) hold 80 % of the light;
+/// white is the 99.99 % quantile of the pixels with light. Where I_80 > 0.28 white the stretch is
+/// linear. The scale makes the largest channel 1 at its own 99.99 % quantile, so that the nucleus
+/// is not saturated.
 ///
 /// Quantiles use at most 2^20 pixels, evenly spread. `wavelengths` and `zero_points` have one value
 /// per plane or none.
@@ -138,8 +140,8 @@ struct PictureFileOptions {
 void check_picture_file(const PictureFileOptions& options, int width, int height);
 
 /// A picture file written row by row from the top; it is complete or absent. The format is PNG
-/// (RGB, marked as sRGB) or 24-bit BMP. Standard output gets the bytes when all are there. A
-/// channel of 8 bits is the nearest to its 16 bits.
+/// (RGB, marked as sRGB) or 24-bit BMP. Standard output gets the bytes when the file is complete.
+/// Channels of 8 bits are rounded from 16.
 class PictureFile {
  public:
   /// Throws RunError if the file cannot be made.
