@@ -9,7 +9,8 @@
 namespace gamer {
 namespace {
 
-// The sampled pixels are runs of neighbours in some rows. From neighbours the tone takes the noise.
+// The sampled pixels are runs of neighbours in some rows. The tone takes the noise from differences
+// of neighbours.
 constexpr int most_rows = 96, most_runs = 24, run_length = 4;
 
 /// The middle of part `i` of `parts` equal parts.

@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// The word of a list that stands for a missing value.
+/// The word that stands for a missing value in a list.
 inline constexpr std::string_view no_value_word = "-";
 
 /// One line of a text, without its end.
@@ -38,7 +38,7 @@ struct LineWord {
   bool escaped = false;   ///< has doubled quotes
 };
 
-/// A table with more columns than this can only be a mistake.
+/// A table with more columns than this is taken for a mistake.
 inline constexpr std::size_t most_columns = 10000;
 
 /// The characters for which is_blank() is true.

@@ -35,7 +35,7 @@ class SphereProjection {
   virtual double density(double x, double y) const = 0;
   /// Whether all pixels, and equal parts of pixels, have equal solid angles.
   virtual bool is_equal_area() const { return false; }
-  /// About the longest side of any pixel, rad.
+  /// The approximate longest side of any pixel, rad.
   virtual double pixel_angle() const = 0;
   /// Rows of a face; all rows where there is one face.
   virtual int face_rows() const { return height_; }
@@ -65,8 +65,9 @@ std::unique_ptr<SphereProjection> make_fisheye(int width, int height, double fov
 std::unique_ptr<SphereProjection> make_equirectangular(int width, int height);
 
 /// The six sides of a cube seen from its middle, each `size` pixels wide and high. Their order is
-/// that of FITS (Calabretta & Greisen 2002, section 5.6): up, front, left, back, right, down. The
-/// four sides around have up at their top; the upper and lower sides join the front side.
+/// that of FITS (Calabretta & Greisen 2002, section 5.6): up, front, left, back, right, down.
+/// Front, left, back and right have up at their top; the upper and lower sides are oriented so that
+/// they join the front side.
 std::unique_ptr<SphereProjection> make_cubemap(int size);
 
 /// HEALPix (Gorski et al. 2005, ApJ 622, 759): pixels of equal area. Faces are the twelve base
