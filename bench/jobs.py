@@ -72,7 +72,7 @@ def table(head, rows):
 
 
 def timed(command):
-    """Processor seconds of one run, user and system, and what it prints to both outputs."""
+    """Processor seconds of one run, user and system, and its output on both streams."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     result = subprocess.run([str(word) for word in command], capture_output=True, text=True,
                             env=environment())

@@ -132,7 +132,7 @@ def session(threads=0):
 
 
 def _progress(progress):
-    """A function of (stage, done, total); True shows a bar of tqdm, or lines where there is none."""
+    """A function of (stage, done, total); True shows a bar of tqdm, or lines without tqdm."""
     if progress is None or progress is False:
         return None, lambda: None
     if callable(progress):
@@ -156,7 +156,7 @@ def _progress(progress):
 
 
 class Renderer:
-    """A scene, a view, and how it is rendered.
+    """A scene, a view, and the parameters of the render.
 
     Renderer(scene, camera, size=256, bands=["lsst_g", "lsst_r"]).render()
 

@@ -136,7 +136,7 @@ std::string bash_start(const Manual& manual) {
 }
 
 /// The end of the bash function, behind the branches of its `case`. It avoids compgen -W, which
-/// would run commands that stand in a name.
+/// would run commands within a name.
 std::string bash_end(const std::string& program) {
   return fmt::format(
       "    esac\n"

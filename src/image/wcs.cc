@@ -29,7 +29,7 @@ namespace gamer {
 namespace {
 
 constexpr double arcseconds_per_degree = 3600, full_circle = 360;
-/// Status of wcsp2s() and wcss2p(): some points have no counterpart; an array tells which.
+/// Status of wcsp2s() and wcss2p(): some points have no counterpart; an array marks them.
 constexpr int bad_pixels = 8, bad_world = 9;
 /// Points converted in one call of WCSLIB.
 constexpr std::size_t point_block = 256;

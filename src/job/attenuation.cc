@@ -85,7 +85,7 @@ AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Cam
     pixels_ = digest(pixels_);
   }
   for (const ParameterSection& section : render_parameter_sections()) {
-    // A stamp has a view and images of its own.
+    // The stamp on which a galaxy is measured has its own view and images.
     if (section.name == "image" || section.name == "camera" || section.name == "truth") continue;
     const ParameterSet& values = parameters.section(section.name);
     for (const Parameter& parameter : section.table) {

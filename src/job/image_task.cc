@@ -284,7 +284,7 @@ std::vector<fs::path> ImageTask::files() const {
   return result_files(job_.parameters, options_, header_, truth_header_);
 }
 
-/// The image's writer, and that of the truth images where there are.
+/// The writer of the image and, if the job has truth images, of these.
 std::unique_ptr<ImageWriter> ImageTask::make_writer() const {
   auto image =
       make_image_writer(toned_output(job_.parameters.image.output, job_.parameters), header_);

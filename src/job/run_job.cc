@@ -180,7 +180,7 @@ std::string pack_for_ranks(Record record) {
   return pack_record(record);
 }
 
-/// Makes later signals say how the job can be continued.
+/// Makes later signals print how the job can be continued.
 void announce(const MessageLog& log, const ImageTask& work) {
   if (work.journal() == nullptr) return;
   const std::string hint = work.resume_hint();

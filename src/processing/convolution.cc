@@ -450,8 +450,8 @@ auto ConvolvedPlane<Real>::source_rows(const Area& input, int row, int most) con
   return result;
 }
 
-/// Puts a row of the source, read as `columns` say, into `target`. Marks of missing pixels go to
-/// row `row` of the mask.
+/// Writes a row of the source, read as the runs of `columns`, to `target`. Marks of missing pixels
+/// go to row `row` of the mask.
 template <class Real>
 void ConvolvedPlane<Real>::take_row(const Columns& columns, const double* read, double scale,
                                     int row, const Area& input, std::vector<double>& line,

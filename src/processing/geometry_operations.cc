@@ -85,7 +85,7 @@ bool is_relative(const PlaneTask& task) {
          task.header.text("CREATOR").value_or("").starts_with("gamer ");
 }
 
-/// Flux or brightness, as --values says, else as the header says.
+/// Flux or brightness: the value of --values, else by the header.
 PixelValues values_of(const OperationCall& call, const PlaneTask& task) {
   if (call.parameters.has("values")) {
     return call.parameters.text("values") == "flux" ? PixelValues::flux : PixelValues::brightness;

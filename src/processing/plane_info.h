@@ -35,10 +35,10 @@ PlaneInfo plane_info(const FitsHeader& header, int plane, int planes);
 std::span<const std::string_view> plane_keys();
 
 /// Adapts a header to a change of unit, in which the pixels of plane i were multiplied by
-/// factors[i] > 0. BUNIT becomes `unit`, or is removed where that is empty. The calibration
-/// follows, numbered (KEYn) or for all planes (KEY; one for each where factors differ). MAGZERO and
-/// PHOTZP grow by 2.5 log10 f, PHOTFLAM and GAIN are divided by f, SATURATE is multiplied by f.
-/// RDNOISE, in electrons, stays.
+/// factors[i] > 0. BUNIT becomes `unit`, or is removed where that is empty. Calibration cards
+/// change accordingly, numbered (KEYn) or for all planes (KEY, which becomes one card per plane
+/// where factors differ). MAGZERO and PHOTZP grow by 2.5 log10 f, PHOTFLAM and GAIN are divided by
+/// f, SATURATE is multiplied by f. RDNOISE, in electrons, stays.
 void change_unit(FitsHeader& header, std::span<const double> factors, const std::string& unit);
 /// Adapts the header to one factor for all planes.
 void change_unit(FitsHeader& header, int planes, double factor, const std::string& unit);

@@ -56,7 +56,7 @@ std::size_t split_line(const TextLine& line, TextRows::Separator separator,
 /// Number of rows to reserve: at most one per remaining line, each of at least `words` words.
 std::size_t expected_rows(std::string_view text, std::size_t begin, std::size_t words);
 
-/// What the reader of a text format returns.
+/// The result of the reader of a text format.
 struct TextCatalogue {
   std::vector<Catalogue::Column> columns;
   TextRows places;

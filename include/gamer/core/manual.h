@@ -20,7 +20,7 @@ struct ManualOption {
   std::string description;
 };
 
-/// A command: a word after the program's name, and what it does.
+/// A command of the program: the word after the program's name.
 struct ManualCommand {
   std::string name;
   std::vector<std::string> aliases;

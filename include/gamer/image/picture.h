@@ -36,8 +36,8 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// equal number; a channel is the mean of its group. Planes without wavelengths count as sorted,
 /// reddest first. Pixels that are not finite are black.
 ///
-/// *Black.* Each channel's sky m = q05 + 1.645 sigma is subtracted; negative results become 0. The
-/// 5 % quantile is q05. The noise sigma is 1.4826 median|v(x+1) - v(x)|/sqrt 2, at most (q50 -
+/// *Black.* Each channel's sky m = q05 + 1.645 sigma is subtracted, q05 the 5 % quantile; negative
+/// results become 0. The noise sigma is 1.4826 median|v(x+1) - v(x)|/sqrt 2, at most (q50 -
 /// q05)/1.645. In a noise-free image with dark corners, m = 0; in an image with sky and noise, m is
 /// the sky.
 ///
@@ -81,8 +81,8 @@ std::array<double, 3> channel_factors(int planes, const std::vector<double>& wav
 std::vector<double> zero_points_of(const ImageHeader& header);
 
 /// The channels that make_picture() makes of planes of equal size: one (grey) or three, red first.
-/// Pixels that are not finite are 0. Throws std::invalid_argument where there are wavelengths, but
-/// not one per plane.
+/// Pixels that are not finite are 0. Throws std::invalid_argument for wavelengths whose number is
+/// not that of the planes.
 std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
                                        const std::vector<double>& wavelengths);
 

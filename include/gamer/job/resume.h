@@ -18,7 +18,7 @@ namespace gamer {
 std::filesystem::path journal_path(const OutputOptions& output);
 
 /// "gamer 1.0.0, build 0a1b2c3d": name, version and, if the program can read its own file, a
-/// checksum that tells builds apart.
+/// checksum that distinguishes builds.
 std::string program_text();
 
 /// Throws InputError on rank 0 if another rank has another build. Every rank calls this function.

@@ -55,7 +55,7 @@ struct RenderProgress {
 
 struct Rendering;
 
-/// What a render makes besides pixels, and how its caller watches and ends it.
+/// The results that a render makes besides pixels, and the caller's means to watch and end it.
 struct RenderControl {
   bool truth = false;         ///< make table TRUTH and the images of [truth]
   bool truth_images = false;  ///< make those images even without the table

@@ -15,10 +15,10 @@ inline double middle_pixel(int size) { return 0.5 * (size - 1); }
 
 class RenderParameters;
 
-/// How an image shows the directions around the camera. A direction is a unit vector (right, up,
-/// forward). Forward points to the camera's target, the map's centre; up is the pole, camera.up
-/// made perpendicular to forward. Longitude l grows from forward to the left, as on the sky seen
-/// from inside; latitude b grows towards up:
+/// The map between directions around the camera and places of an image. A direction is a unit
+/// vector (right, up, forward). Forward points to the camera's target, the map's centre; up is the
+/// pole, camera.up made perpendicular to forward. Longitude l grows from forward to the left, as on
+/// the sky seen from inside; latitude b grows towards up:
 ///   (right, up, forward) = (-cos b sin l, sin b, cos b cos l).
 ///
 /// Pixel coordinates are those of Camera. An image may consist of faces, one above the other.

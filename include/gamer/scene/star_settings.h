@@ -22,7 +22,7 @@ struct FieldStarParameters {
 /// Radius of a bright star's halo and length of its spikes, in radii of its core.
 inline constexpr double star_halo_radii = 6;
 
-/// Section [stars]: the field stars and how all stars are drawn.
+/// Section [stars]: the field stars, and the drawing of all stars.
 struct StarSettings {
   static ParameterSection section();
   /// Throws InputError where field stars have magnitudes or temperatures in the wrong order.
