@@ -52,7 +52,7 @@ struct PngError {
 
 void on_png_warning(png_structp, png_const_charp) {}
 
-// These functions return false after an error, where libpng leaves by longjmp, which runs no
+// These functions return false after an error, from which libpng returns by longjmp without running
 // destructors.
 
 bool start_png(png_structp png, png_infop info, std::FILE* file, int width, int height, int bits,

@@ -103,7 +103,7 @@ std::vector<StampHeader> describe_stamps(const RenderJob& job, std::span<const I
         {"ROW", static_cast<long long>(stamp + 1), "of the tables SCENE and TRUTH"},
         {"LTV1", static_cast<double>(-region.left), "x here less x in the whole image"},
         {"LTV2", static_cast<double>(-region.bottom), "y here less y in the whole image"}};
-    // Cards without a number hold for all planes; a cube also has numbered ones.
+    // These cards without a number hold for all planes; a cube also has numbered ones.
     for (const Card& card : header.cards) {
       if (card.key == "MAGZERO" || card.key == "PHOTZP") stamp_header.cards.push_back(card);
     }

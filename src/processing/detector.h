@@ -16,8 +16,8 @@ namespace gamer {
 /// for each exposure. The output is N per_electron + offset. Negative v, such as the ringing of
 /// kernels, count as 0. NaN stays NaN.
 ///
-/// For the sum over n pixels of a source of S electrons/s this gives the CCD equation, S/N = S t /
-/// sqrt(S t + n (B t + D t + R^2)).
+/// The sum over n pixels of a source of S electrons/s follows the CCD equation, S/N = S t / sqrt(S
+/// t + n (B t + D t + R^2)).
 struct Detector {
   double electron_rate = 1;  ///< electrons/s of a pixel of value 1
   double sky_rate = 0;       ///< electrons/s

@@ -14,7 +14,7 @@ struct MidStatistics {
   double multimode = 0;
   /// I = I2/I1, the flux ratio of the two brightest basins. A pixel belongs to the maximum that the
   /// steepest ascent reaches in the image smoothed by a Gaussian of 1 pixel. Fluxes are sums of the
-  /// pixels not smoothed.
+  /// unsmoothed pixels.
   double intensity = 0;
   /// D: distance of the maximum of the brightest basin from the light's centroid, over
   /// sqrt(area/pi).

@@ -24,7 +24,7 @@ void SceneReader::choose_unit() {
   const bool has_magnitudes = row_.has(column::magnitude) || row_.has(column::apparent_magnitude);
   scene_.unit =
       parameters_.image.unit.value_or(has_magnitudes ? PixelUnit::nanojansky : PixelUnit::relative);
-  // Pixels of relative images are sampled by a grid of rays.
+  // Pixels of relative images are sampled by a fixed grid of rays, as with camera.supersample.
   if (scene_.unit == PixelUnit::relative) library_.keep_closures_apart();
   if (has_magnitudes && scene_.unit == PixelUnit::relative) {
     throw input_error(parameters_.image.unit_where,

@@ -26,8 +26,8 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
 /// `camera` are those of the image.
 void choose_drawn_stars(const RenderParameters& parameters, const Camera& camera, Scene& scene);
 
-/// Makes all galaxies of a job layers that can be, whatever else the scene holds. Drafts have no
-/// layers.
+/// Makes layers of all galaxies of a job for which can_be_layer() holds, whatever else the scene
+/// holds. Drafts have no layers.
 void choose_layers(RenderJob& job, bool is_draft);
 
 /// The footprints of the parallel rays of apply_attenuation().

@@ -52,7 +52,7 @@ class FitsFile {
   void check_sums();
 
   /// Reserves the data of the current HDU as zeros that take no space on disk. The HDU is the last,
-  /// and its header is complete. Without this call CFITSIO would write zeros up to the first pixel
+  /// and its header is complete. Without this call CFITSIO would write zeros before the first pixel
   /// of a row that comes early.
   void reserve_data();
   /// Flushes and closes the file, as does the destructor, which cannot report errors.
