@@ -38,7 +38,7 @@ struct Options {
   bool lists_bands = false, lists_instruments = false, lists_noises = false;
   std::string sample_galaxy;
   std::optional<gamer::Background> background;  ///< a list to print
-  std::string status;                           ///< a journal to tell about
+  std::string status;                           ///< a journal to describe
   std::optional<std::string> listed_kind;       ///< --list-parameters; empty for all
   bool markdown = false;
   bool sample_config = false;
@@ -83,14 +83,14 @@ class CommandLine {
   void add_background();
   /// Checks that options fit together. Throws InputError.
   void check_run() const;
-  /// Checks what is to be rendered, and takes it. Throws InputError.
+  /// Checks what is to be rendered and stores it. Throws InputError.
   void take_job();
 
   Options options_;
   gamer::Look look_;
   gamer::Background background_;
   std::string parameters_, scene_, output_, from_header_, listed_kind_, truth_table_, manual_;
-  std::string log_format_;  // main reads it before, for messages about wrong options
+  std::string log_format_;  // main reads it first, for messages about wrong options
   int threads_ = 0;
   CLI::App app_{"Renders a scene of synthetic galaxies to a FITS image or a picture.", "gamer"};
   CLI::App* look_command_ = nullptr;
@@ -145,7 +145,7 @@ void CommandLine::add_view() {
                 "a quarter of the size on each side, tolerance 1e-2, no supersampling");
 }
 
-/// Options that are answered without a job.
+/// Adds the options that are answered without a job.
 void CommandLine::add_answers() {
   app_.add_flag("--list-components", options_.lists_components, "list the kinds of components");
   app_.add_flag("--list-galaxies", options_.lists_galaxies, "list the galaxy types");
@@ -203,7 +203,7 @@ void CommandLine::add_messages() {
   app_.add_flag("--version", options_.version, "print versions");
 }
 
-/// The commands that need no parameter file. Options of renders follow them, too.
+/// Adds the commands that need no parameter file. Options of renders may follow them, too.
 void CommandLine::add_commands() {
   look_command_ = app_.add_subcommand("look", "render a picture of one galaxy, NAME.png");
   look_command_->add_option("galaxy", look_.galaxy, "a type, or its file")
@@ -334,7 +334,7 @@ std::string version_text() {
                      mpi.empty() ? "none" : mpi);
 }
 
-/// Answers that need no job.
+/// Gives the answers that need no job.
 void tell(const Options& options) {
   if (!options.help.empty()) fmt::print("{}", options.help);
   if (options.version) fmt::print("{}", version_text());
@@ -374,7 +374,8 @@ void run(const gamer::Ranks& ranks, int argc, char** argv, gamer::MessageLog& lo
 int run_and_report(gamer::Ranks& ranks, int argc, char** argv, gamer::MessageLog& log) {
   const auto report = [&](const std::string& message) { log.error(message); };
   const auto end = [&](int code, const std::string& message) {
-    // Launchers end the other ranks when one of them ends with an error, which is told by now.
+    // The error has been reported, and launchers then stop the other ranks, which need not report
+    // that.
     gamer::say_nothing_when_stopped();
     return ranks.end(code, message, report);
   };

@@ -83,7 +83,7 @@ void CommandLine::parse(int argc, char** argv) {
   if (shows_version_) answer_ = fmt::format("gstudio {}\n", gamer::version());
   if (!manual_.empty()) answer_ = gamer::manual_text(gamer::studio_manual(app_), manual_);
   options_.opens_browser = !has_no_browser_;
-  // Renders, which are runs of gamer, inherit it.
+  // Renders, which are runs of gamer, inherit the variable.
   if (has_no_cache_) setenv("GAMER_CACHE", "off", 1);
   if (files_.size() == 2) {
     options_.parameters = files_[0];

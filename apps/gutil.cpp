@@ -37,7 +37,7 @@ int run(const std::vector<std::string>& arguments) {
     fmt::print("gutil {}\n", gamer::version());
     return done;
   }
-  // man, bash or zsh, for the build.
+  // The build asks for man, bash or zsh.
   if (first == "--print-manual" && arguments.size() == 2) {
     fmt::print("{}", gamer::manual_text(gamer::gutil_manual(), arguments.back()));
     return done;

@@ -15,7 +15,7 @@
 enum ExitCode { done = 0, failed = 1, wrong_input = 2 };
 
 /// Runs a program of one process and returns its exit code. It is the one place where errors are
-/// reported: each is one line on stderr. `run` returns the exit code of its success.
+/// reported, each as one line on stderr. `run` returns the exit code where it does not throw.
 template <class Run>
 int run_program(const std::string& name, Run&& run) {
   const auto report = [](const std::string& message) {

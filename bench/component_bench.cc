@@ -1,5 +1,5 @@
-// Time per point of components with eight octaves on one core, dust beside veins. Rays see all of
-// the texture, or a part of it, or a part with the three variants of hidden dust.
+// Time per point of components with eight octaves on one core, with dust beside veins. Rays resolve
+// all of the texture, a part of it, or a part with the three variants of hidden dust.
 
 #include <benchmark/benchmark.h>
 

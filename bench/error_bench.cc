@@ -61,7 +61,7 @@ Image render(const Setting& setting, int planes) {
   return render_image(make_renderer(setting, planes), executor);
 }
 
-/// Microseconds per pixel, the statistics of the galaxy apart.
+/// Microseconds per pixel, without the statistics of the galaxy.
 double cost(const Setting& setting, int planes, int threads) {
   const Renderer renderer = make_renderer(setting, planes);
   double least = std::numeric_limits<double>::infinity();

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""What gamer --dry-run foretells for each shipped scene and what the job then takes, as Markdown.
+"""The estimate of gamer --dry-run for each shipped scene beside the job's time, as Markdown.
 
     bench/estimate_bench.py [--gamer PROGRAM] [--scenes a,b] [--repeat K] > estimates.md
 
 Each scene runs on one thread, with and without --truth. Estimates and processor times are in
-seconds. Both are the middle one of --repeat runs, which take turns. The time includes reading,
-measuring and writing.
+seconds. Both are medians of --repeat runs, which take turns. Times include reading, measuring and
+writing.
 """
 
 import pathlib

@@ -4,8 +4,8 @@
 #
 #   bench/gutil_bench.sh GUTIL [side [folder]]      4096 pixels, the system's temporary folder
 #
-# Prints wall-clock seconds, their ratio to `cp` (the median of three), processor seconds, peak memory.
-# A folder in memory (/dev/shm) leaves the disk out of it.
+# Prints wall-clock seconds, their ratio to `cp` (the median of three), processor seconds, peak
+# memory. A folder in memory (/dev/shm) excludes the disk.
 set -euo pipefail
 gutil=$(realpath "$1")
 side=${2:-4096}

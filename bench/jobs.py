@@ -40,7 +40,7 @@ def read_report(text):
     for rank in ranks:
         rank["noise_per_second"] *= 1e6
     numbers = [[float(word.rstrip(",")) for word in line if word[:1].isdigit()] for line in lines[end:]]
-    # A second line counts the work of the set-up.
+    # A second line has the work of the set-up.
     for i in range(len(numbers[1]) if len(numbers) > 1 else 0):
         numbers[0][i] += numbers[1][i]
     return {"ranks": ranks, "per_pixel": dict(zip(PER_PIXEL, numbers[0]))}
@@ -72,7 +72,7 @@ def table(head, rows):
 
 
 def timed(command):
-    """Processor seconds of one run, user and system, and what it prints to both outputs."""
+    """Processor seconds of one run, user and system, and its output on both streams."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     result = subprocess.run([str(word) for word in command], capture_output=True, text=True,
                             env=environment())
@@ -96,7 +96,8 @@ def run_once(command):
 
 
 def run(commands, repeat):
-    """By name, the least that each takes of the clocks; in turn, so that a slow minute hits all alike."""
+    """The least times of each command, by name; commands take turns, so that slow minutes hit
+    all."""
     runs = {name: [] for name in commands}
     for _ in range(repeat):
         for name, command in commands.items():

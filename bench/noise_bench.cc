@@ -1,7 +1,7 @@
-// Noise evaluations per second on one core, for each kind and SIMD target. There are sums of
-// octaves, their other combinations, octaves on a helix and a torus, and vector values, counted
-// once for all their components. The core's peak stands before them, in multiplications and
-// additions per second.
+// Noise evaluations per second on one core, for each kind and SIMD target. Measured are sums of
+// octaves, other combinations, octaves on a helix and a torus, and vector values, which count once
+// for all components. The first line is the core's peak, in multiplications and additions per
+// second.
 
 #include <benchmark/benchmark.h>
 
@@ -21,7 +21,7 @@ namespace {
 
 constexpr int octave_count = 8;
 
-/// What is evaluated of octaves at points.
+/// The evaluation of octaves at points.
 using Work = std::function<void(const Noise&, const Points&, std::span<const Octave>,
                                 std::span<float* const>)>;
 

@@ -19,7 +19,7 @@ namespace gamer {
 namespace {
 
 constexpr int side = 96;    // pixels of a tile
-constexpr int greys = 127;  // steps: files stay small
+constexpr int greys = 127;  // few steps keep files small
 constexpr int gap = 4;
 
 using Colour = std::array<BatchArray, 3>;
@@ -73,7 +73,7 @@ void draw(const std::filesystem::path& path, std::size_t columns, const std::vec
       }
     }
   }
-  // 8 bits are enough, and leave small files.
+  // 8 bits suffice and keep files small.
   PictureFile file({path.string(), PictureFormat::png, 8, true, ""}, picture.width, picture.height);
   for (int row = 0; row < picture.height; ++row) {
     const auto length = static_cast<std::size_t>(3 * picture.width);
@@ -207,7 +207,7 @@ void visit_cells(const Points& points, Visit&& visit) {
 void stars(const Points& points, float* out) {
   std::fill_n(out, points.size, 0.0f);
   visit_cells(points, [&](std::size_t i, float distance, const std::array<float, 3>& numbers) {
-    // Counts rise as 10^(0.4 m); what is brighter than white makes a larger disk.
+    // Counts rise as 10^(0.4 m). Stars brighter than white have larger discs.
     const float flux = 0.25f / std::max(0.5f + 0.5f * numbers[2], 0.01f);
     constexpr float width = 0.09f;
     out[i] += flux * std::exp(-0.5f * distance * distance / (width * width));

@@ -12,7 +12,7 @@ namespace gamer {
 namespace {
 
 constexpr std::size_t rounds = 4096;
-// More than latency times ports of any core.
+// Number of independent chains: more than latency times ports of any core.
 constexpr std::size_t chains = 12;
 
 }  // namespace
@@ -31,7 +31,7 @@ float WorkAtPeak(float factor, float term) {
   using V = hn::Vec<decltype(d)>;
   const V f = hn::Set(d, factor);
   const V t = hn::Set(d, term);
-  // Chains that start alike would be one to a compiler.
+  // A compiler would merge chains that start alike.
   V x0 = t, x1 = hn::Add(x0, f), x2 = hn::Add(x1, f), x3 = hn::Add(x2, f), x4 = hn::Add(x3, f),
     x5 = hn::Add(x4, f), x6 = hn::Add(x5, f), x7 = hn::Add(x6, f), x8 = hn::Add(x7, f),
     x9 = hn::Add(x8, f), x10 = hn::Add(x9, f), x11 = hn::Add(x10, f);

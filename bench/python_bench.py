@@ -3,9 +3,9 @@
 
     bench/python_bench.py build/release [variants [galaxy [tolerance]]]
 
-Times a sweep of variants of a galaxy at 128 x 128, through the package and through as many command
-lines. Variants differ in inclination, and every tenth has more dust. Then times a call of a tiny
-render. Times are those of a clock, and of the processor in all threads.
+The program times a sweep of variants of a galaxy at 128 x 128 pixels, through the package and
+through as many command lines. Variants differ in inclination, and every tenth has more dust. Then
+it times a call of a tiny render. Times are wall-clock seconds and processor seconds of all threads.
 """
 
 import os

@@ -1,8 +1,8 @@
 // Errors of single rays through every shipped galaxy, as a table in Markdown. There is a column for
 // each inclination from 0 to 89 degrees. It has the errors at the tolerances 1e-2, 1e-3 and 1e-4,
 // in units of the tolerance, and the mean nodes of a ray at 1e-3. Errors are relative, rms over the
-// rays above 1 % of the brightest, in the worst of three wavelengths. They are differences to the
-// uniform sampler with 10^5 steps.
+// rays above 1 % of the brightest, in the worst of three wavelengths. The reference is the uniform
+// sampler with 10^5 steps.
 //
 //   ray_error_bench [GALAXY...]
 

@@ -1,8 +1,7 @@
 // Microseconds per pixel on one core. First comes each shipped scene. M100 follows for each SIMD
 // target, for 1, 3 and 30 wavelengths or bands, and for tolerances of both samplers. Then comes a
-// sky view of 100 galaxies, alone and among 10^5 rows of a list, with the time to place them. The
-// last are a disk alone, a field of 10^11 stars in its place, and both, from outside and from
-// within.
+// sky view of 100 galaxies, alone and among 10^5 rows of a list, with the time to place them. Last
+// come a disk alone, a field of 10^11 stars in its place, and both, from outside and from within.
 
 #include <benchmark/benchmark.h>
 
@@ -59,7 +58,7 @@ void render(benchmark::State& state, const std::string& scene,
   for (auto _ : state) renderer.render_rows({0, image_size}, values, counts);
   const double seconds = clock.seconds();
   const auto rendered = static_cast<double>(state.iterations()) * pixels;
-  // Printed as time per pixel: with invert a rate of pixels becomes seconds.
+  // The time per pixel, since invert turns a rate of pixels into seconds.
   state.counters["per_pixel"] =
       benchmark::Counter(rendered, benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
   state.counters["nodes_per_pixel"] = static_cast<double>(counts.nodes) / rendered;

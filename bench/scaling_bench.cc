@@ -1,12 +1,12 @@
 // Predicts the efficiency of many ranks. Scenes are rendered once, strip by strip. The costs of
 // rows, preparing, writing and messages are measured. A simulation of the protocol
-// (src/parallel/mpi) then hands out the schedule's blocks to so many ranks.
+// (src/parallel/mpi) then hands out the schedule's blocks to each number of ranks.
 //
 //   scaling_bench [--json FILE] [--growth 1,16] [--ranks 64,256,1024,4096] [--latency US]
 //                 [--bandwidth GB/S] SCENE...        names of scenes/, SCENE:SIZE for another size
 //
-// Started by mpirun with two ranks or more it measures the time of rank 0 for a block's messages.
-// Alone it takes 20 us. --growth G: the image has G times the pixels on a side.
+// Started by mpirun with two ranks or more, it measures the time of rank 0 for a block's messages.
+// Otherwise it assumes 20 us. --growth G: the image has G times the pixels on a side.
 
 #include <fmt/format.h>
 
@@ -37,7 +37,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Seconds of rank 0, but `latency` and `bandwidth`, which are the network's.
+/// Seconds of rank 0; `latency` and `bandwidth` are those of the network.
 struct Costs {
   double message = 20e-6;  ///< of a block: request, answer, head
   double value = 0;        ///< of a pixel in a plane: journal and file
@@ -50,7 +50,7 @@ struct Workload {
   int width = 0, height = 0, planes = 0;
   double reading = 0;     ///< seconds, of rank 0 and then of the others
   double measuring = 0;   ///< core seconds, shared by all ranks: textures, and costs of rows
-  std::size_t parts = 0;  ///< in which what is seen of textures is measured
+  std::size_t parts = 0;  ///< number of parts in which textures are measured
   std::vector<double> estimated, measured;  ///< of each row; microseconds, seconds
 };
 
@@ -142,7 +142,7 @@ double measure_writing() {
   return seconds / (static_cast<double>(values.size()) * blocks);
 }
 
-/// Seconds a block that the thread of rank 0 takes to hand it out. Every rank calls it.
+/// Seconds of rank 0's thread for handing out a block. Every rank calls this function.
 double measure_messages(const Ranks& ranks) {
   constexpr int blocks = 4000;
   const auto executor = ranks.executor(1);
@@ -154,8 +154,8 @@ double measure_messages(const Ranks& ranks) {
 }
 
 /// A run of the protocol. Every rank has one thread and holds one block besides the one that it
-/// computes; two results of each may be on their way. Rank 0 serves requests and results in the
-/// order in which they come, by a thread of its own beside the one that computes.
+/// computes; two results of each may be on their way. A thread of rank 0 serves requests and
+/// results in the order in which they come, beside the thread that computes.
 class Simulation {
  public:
   Simulation(const Workload& load, int ranks, const Costs& costs)
@@ -174,7 +174,7 @@ class Simulation {
     bool is_computing = false;
     int on_their_way = 0;
     bool has_finished_block = false;
-    double values = 0;  ///< of the block in work, or finished last
+    double values = 0;  ///< of the block that is computed, or was computed last
     double idle_since = 0;
   };
   enum class What { request, finished, result };
@@ -289,14 +289,14 @@ std::vector<int> numbers(const std::string& text) {
   return result;
 }
 
-/// Seconds until so many ranks render. Rank 0 reads before it tells the others of the job; parts of
-/// the measuring are taken to be equal.
+/// Seconds until this number of ranks render. Rank 0 reads the job before the others do; parts of
+/// the measuring count as equal.
 double seconds_to_prepare(const Workload& load, int ranks) {
   const double sharing = std::clamp(static_cast<double>(load.parts), 1.0, double{1} * ranks);
   return 2 * load.reading + load.measuring / sharing;
 }
 
-/// What takes most of the time that is lost.
+/// The main cause of lost time.
 const char* limit_of(double preparing, const Outcome& outcome, double least) {
   if (outcome.server > 0.8 * outcome.wall) return "rank 0";
   if (outcome.largest > 0.5 * outcome.wall && outcome.wall > 1.1 * least) return "a row";

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Processor time that a new seed of each shipped galaxy takes before its first ray, as Markdown.
+"""Processor time for a new seed of each shipped galaxy before the first ray, as Markdown.
 
     bench/seed_bench.py [--gamer PROGRAM] [--galaxies a,b] [--repeat K] > seeds.md
 
 The image has 512 x 512 pixels and one thread. The last two columns are for a survey: a galaxy of 20
 pixels' radius in three bands of a sky view. The cache knows the galaxy's file from another seed. A
 seed's first job measures what the seed decides, and its second job finds that in the cache. The
-difference is the seed's own time, in milliseconds, the middle one of --repeat seeds.
+difference is the seed's own time, in milliseconds, as the median of --repeat seeds.
 """
 
 import os
@@ -69,7 +69,7 @@ def main():
                 os.environ["GAMER_CACHE"] = str(pathlib.Path(folder) / "cache")
                 times = [own_time(options.gamer, pathlib.Path(folder), name, job, seed)
                          for seed in range(1, options.repeat + 2)]
-            # The first seed measures what its file decides, too.
+            # The first seed also measures what the galaxy's file decides.
             cells.append(str(round(1e3 * statistics.median(times[1:]))))
         print("| " + " | ".join(cells) + " |", flush=True)
 

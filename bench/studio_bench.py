@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Latencies of gstudio's server, from a message sent to its answer read, as docs/studio.md shows them.
 
-The last column is the server's processor time per message on two cores; starts and edits use one. Where other programs
-run, it is nearer to the latency of an idle machine than that of the clock.
+The last column is the server's processor time per message on two cores; starts and edits use one.
+Where other programs run, it is nearer to the latency of an idle machine than wall-clock time.
 
     bench/studio_bench.py [GSTUDIO GAMER]      # build/release/gstudio and gamer by default
 """
@@ -119,7 +119,7 @@ def measure_galaxy(bench):
 
 
 def measure_whole(bench, folder):
-    """A converged view, and the program, which also reads, measures and writes."""
+    """Measures a converged view, and the program, which also reads, measures and writes."""
     turns = [["image.size=[512,512]", "sampling.tolerance=0.001", f"camera.position=[{0.1 * step},0.3,10]"]
              for step in range(3)]
     report(bench, "512 x 512 at tolerance 1e-3", (bench.view([[512, 512, None]], turn)[0] for turn in turns))

@@ -52,7 +52,8 @@ class Page:
         return time.perf_counter() - begin
 
     def cancelled(self, seed, after):
-        """Seconds from a cancel `after` the view was asked for, to the answer; none where the view was faster."""
+        """Seconds from a cancel, `after` seconds after the request of a view, to its answer; None
+        where the view was faster."""
         begin = self.begin(seed)
         time.sleep(max(after - (time.perf_counter() - begin), 0))
         begin = time.perf_counter()

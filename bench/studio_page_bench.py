@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """Latencies of gstudio's page in a headless Chromium that draws without a GPU, as docs/studio.md shows them.
 
-Each time goes from an event of the page (the pointer moved, an edit) to the picture drawn. While a slider moves, it goes
-from one picture to the next. A pixel is then read back, for which the browser has to end its work. Browser and server
-share the cores. Where other programs run, the least time is nearer to that of an idle machine than the median.
+Each time goes from an event of the page (the pointer moved, an edit) to the picture drawn. While a
+slider moves, it goes from one picture to the next. A pixel is then read back, which makes the
+browser finish its work. Browser and server share the cores. Where other programs run, the least
+time is nearer to that of an idle machine than the median.
 
     bench/studio_page_bench.py [GSTUDIO GAMER] | scripts/put-tables.py docs/studio.md
 """
@@ -124,7 +125,7 @@ FUNCTIONS = """
   };
 """
 
-# What is measured, the function of the page, and how many times.
+# The measurements: description, function of the page, number of times.
 WHAT = (("the drawing of the picture alone", "drawing", 30), ("the same with other shares of light", "sharing", 30),
         ("a slider of the stretch, from picture to picture", "stretch", 5),
         ("a slider of a share, from picture to picture", "share", 5), ("orbit, to the first frame", "orbit", 8),
@@ -133,7 +134,7 @@ WHAT = (("the drawing of the picture alone", "drawing", 30), ("the same with oth
 
 
 def call(page, function, *arguments):
-    """What a function of the page gives."""
+    """The result of a function of the page."""
     script = """const [name, i] = arguments, done = arguments[arguments.length - 1];
         bench[name](i).then((ms) => done({ms}), (error) => done({error: String(error)}))"""
     from selenium.common.exceptions import TimeoutException

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What a survey's field of small galaxies costs and how exact its fluxes are, as Markdown.
+"""Cost of a survey's field of small galaxies, and errors of the fluxes, as Markdown.
 
     bench/survey_bench.py [--gamer PROGRAM] [--galaxies N] [--repeat K] [--fine] > survey.md
     bench/survey_bench.py --no-cost --by-angle 5 15 30      # radii in pixels
@@ -8,17 +8,17 @@ The galaxies are the first N rows of scenes/survey_field. They are rendered at t
 with --fine, also at 1e-3.
 
 Cost is the processor time, user and system, of the whole program on one thread, with and without
---truth. Runs take turns, and each figure is the least of --repeat runs. The set-up is its share in
-the program's own report (gamer -v) of that processor time.
+--truth. Runs take turns, and each figure is the least of --repeat runs. The cost of the set-up is
+its share, in the program's own report (gamer -v), of that processor time.
 
-Fluxes are sums over pixels, one band at a time. The galaxies stand apart for them: each has a cell
-of a mosaic to itself, at the same place within its pixel. An error is the flux over the exact flux,
-less 1. In the band of the magnitudes the exact flux is that of the magnitude. The flux of another
-band follows by the colour at the tolerance --reference, which has an error of up to about that
+Fluxes are sums over pixels, one band at a time. For them each galaxy has its own cell of a mosaic,
+with an unchanged place within its pixel. An error is the flux over the exact flux, less 1. In the
+band of the magnitudes the exact flux follows from the magnitude. In other bands it follows from the
+colour at the tolerance --reference, whose error is at most about that tolerance.
+
+The reference takes by far the longest, so that --keep FOLDER saves its fluxes for later runs. They
+are valid while the galaxies stay the same; the program notices only another list, view or
 tolerance.
-
-The reference takes by far the longest, so --keep FOLDER saves its fluxes and uses them again. They
-hold as long as the galaxies stay the same; only another list, view or tolerance is noticed.
 
 --by-angle does the same for galaxies of chosen radii, each type at six inclinations. They have
 redshift 0.2, and the galaxies of one type and radius have one seed.
@@ -47,9 +47,9 @@ PARAMETERS = SOURCE / "scenes" / "survey_field.par"
 SCENE = SOURCE / "scenes" / "survey_field.lst"
 # Inclinations are in degrees.
 ANGLES = (0, 40, 60, 75, 85, 88)
-# A cell is as wide as so many radii of the largest galaxy, which fills two of them.
+# Width of a cell in radii of the largest galaxy, which fills two of them.
 CELL = 2.4
-# It is wider by so many pixels, of which a galaxy's place within its pixel needs one.
+# Additional pixels of a cell, one of which serves a galaxy's place within its pixel.
 MARGIN = 4
 # AB magnitude of 1 nJy.
 ZERO_POINT = 31.4
@@ -67,7 +67,7 @@ def write_scene(path, rows):
 
 
 def reference_band():
-    """It is the index of the magnitudes' band."""
+    """The index of the magnitudes' band."""
     settings = tomllib.loads(PARAMETERS.read_text())
     return settings["spectrum"]["bands"].index(settings["photometry"]["reference_band"])
 
@@ -81,7 +81,7 @@ def rms(values):
 
 
 def worst(values):
-    """It is the value farthest from 0, with its sign."""
+    """The value farthest from 0, with its sign."""
     return float(values.flat[np.argmax(np.abs(values))])
 
 
@@ -92,14 +92,14 @@ class Program:
         self.output = folder / "out.fits"
 
     def run(self, scene, *more):
-        """One run gives processor seconds and the program's report."""
+        """Processor seconds and the program's report of one run."""
         command = [self.path, PARAMETERS, scene, "-o", self.output, "--overwrite", "-v",
                    "--journal", "inf", *more]
         cpu, result = timed(command)
         return cpu, read_report(result.stderr)
 
     def fluxes(self, rows, scale, tolerance):
-        """Fluxes are ordered by band and row; `scale` is arcsec a pixel."""
+        """Fluxes by band and row; `scale` is in arcsec per pixel."""
         cell = math.ceil(CELL * max(float(row["size_arcsec"]) for row in rows) / scale) + MARGIN
         side = math.ceil(len(rows) ** 0.5)
         placed = []
@@ -143,7 +143,7 @@ def print_cost(program, rows, tolerances, repeat):
 
 
 def fluxes_of_magnitudes(rows):
-    """The unit is nJy."""
+    """Fluxes of the magnitudes, nJy."""
     magnitudes = np.array([float(row["apparent_magnitude"]) for row in rows])
     return 10 ** (-0.4 * (magnitudes - ZERO_POINT))
 
@@ -160,7 +160,7 @@ def reference_fluxes(program, rows, scale, reference, folder):
 
 
 def measure(program, rows, scale, tolerances, reference, folder):
-    """For each tolerance these are the errors of fluxes and colours (mag), by band and row."""
+    """The errors of fluxes and of colours (mag) for each tolerance, by band and row."""
     exact = reference_fluxes(program, rows, scale, reference, folder)
     exact = exact * fluxes_of_magnitudes(rows) / exact[reference_band()]
     result = {}

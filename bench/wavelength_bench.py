@@ -6,8 +6,8 @@
 Each shipped galaxy has K seeds, seen at six inclinations in a sky view, with 8, 32 and 128 pixels
 across. Its rays fix its flux in the band g. A colour is the light at a wavelength over that at 5500
 Angstrom. It is compared with the colour of an image in which nearly nothing is hidden: 512 pixels
-across at tolerance 1e-2. The error is the ratio of both, less 1, in units of 1e-3. It needs astropy
-(scripts/packages-tests.txt).
+across at tolerance 1e-2. The error is the ratio of the two colours, less 1, in units of 1e-3. It
+needs astropy (scripts/packages-tests.txt).
 """
 
 import concurrent.futures

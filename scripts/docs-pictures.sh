@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Makes the pictures of the README anew: docs/images/<scene>.png of every scene that has one, of the survey's
-# as it is observed; scripts/views-pictures.sh makes those of the Milky Way from inside.
+# Makes the pictures of the README anew: docs/images/<scene>.png of every scene that has one. That
+# of the survey is made by scripts/survey.sh, those of the Milky Way from inside by
+# scripts/views-pictures.sh.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

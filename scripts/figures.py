@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Makes docs/gallery.md and its pictures; scripts/figures.sh runs it.
 
-A figure is one render of galaxies side by side, which differ in what the figure shows. Each galaxy is measured
-with gutil in its part of the image.
+A figure is one render of galaxies side by side, which differ in a few parameters. Each galaxy is
+measured with gutil in its part of the image.
 """
 
 import array
@@ -172,7 +172,7 @@ def shares(figure):
 
 
 def unwrapped(figure):
-    """What gutil unwrap tells of each galaxy."""
+    """The results of gutil unwrap for each galaxy."""
     for n in range(len(figure.galaxies)):
         yield json.loads(run(TOOLS / "gutil", "unwrap", "--planes", 2 if figure.spectrum == COLOURS else 1, "--json",
                               "--overwrite", "--inclination", 0, "--position-angle", 0, "--center",
@@ -205,7 +205,7 @@ def windings(figure):
 
 
 def lost(figure):
-    """Light relative to the first galaxy beside that of a slab with the depth's face-on value."""
+    """Light relative to the first galaxy, beside that of a slab with the face-on optical depth."""
     values = [light(figure.part(n)) for n in range(len(figure.galaxies))]
     depths = [float(one.overrides.split("=")[1]) for one in figure.galaxies]
     rows = []
@@ -217,7 +217,7 @@ def lost(figure):
 
 
 def slab(depth):
-    """Share of light that leaves a disk with scale lengths and heights of light and dust alike."""
+    """Share of light that leaves a disk with equal scale lengths and heights of light and dust."""
     if depth == 0:
         return 1
     seen = whole = 0
@@ -236,7 +236,7 @@ def statistics(figure):
     rows = []
     for n in range(len(figure.galaxies)):
         file = figure.part(n)
-        # The middle, where the disk varies little.
+        # The middle of the image, where the disk varies little.
         run(TOOLS / "gutil", "crop", "--center", f"{PIXELS // 2},{PIXELS // 2}", "--size", "64,64", file,
             "middle.fits", "--overwrite")
         told = json.loads(run(TOOLS / "gutil", "stats", "--json", "--percentiles", "5,95", "middle.fits"))

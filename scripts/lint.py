@@ -39,7 +39,7 @@ BELOW = {
 OPEN_BEGINNING = re.compile(
     r"(The same\b(?! \w+ (as|for|in|of|whatever)\b)|Of [a-z]|By which\b|Those (that|which|of)\b|That of\b)"
 )
-# A sentence ends before a blank, but not behind these.
+# A sentence ends at one of these characters before a blank, but not behind these abbreviations.
 SENTENCE_END = re.compile(
     r"(?<!\bal\.)(?<!e\.g\.)(?<!i\.e\.)(?<!\bEq\.)(?<!\bEqs\.)(?<!\bvs\.)(?<=[.!?:])[\")*`]*\s+"
 )
@@ -69,7 +69,7 @@ def layer_of(path):
 
 
 def long_sentences(text):
-    """The sentences of a paragraph that have too many words, each by its first words."""
+    """The first words of each sentence of a paragraph that has too many words."""
     text = re.sub(r"`[^`]*`|\]\([^)]*\)", " ", text)
     for sentence in SENTENCE_END.split(text):
         words = [word.strip(".,;:()\"'[]!?*") for word in sentence.split()]
@@ -182,7 +182,7 @@ def check_document(path, complain):
 
 
 def check_references(path, sections, complain):
-    """It finds citations of sections and names of files that are not there."""
+    """Finds citations of missing sections and names of missing files."""
     for number, line in enumerate(path.read_text().splitlines(), 1):
         for section in re.findall(r"docs/facts\.md section (\d+(?:\.\d+)?)", line):
             if section not in sections:
@@ -198,7 +198,7 @@ def check_references(path, sections, complain):
 
 
 def check_names(path, files, words, complain):
-    """It finds functions and files without a folder that a document names, but that are not there."""
+    """Finds names of missing functions, and of missing files without a folder, in a document."""
     for number, line in enumerate(path.read_text().splitlines(), 1):
         for name in re.findall(r"`([\w:]+)\(\)`", line):
             if not words.issuperset(name.split("::")):

@@ -4,7 +4,8 @@
     build/release/bench/error_bench | scripts/put-tables.py docs/performance.md
 
 Standard input has tables in Markdown; other lines are ignored. Each replaces the document's table
-with the same first line. Exits with 1, and leaves the document as it is, where there is none.
+with the same first line. Where there is none, the script exits with 1 and leaves the document as it
+is.
 """
 
 import pathlib

@@ -3,9 +3,10 @@
 
     scripts/realism.py [--size 1024] [--bin 2] [--inclination 0] [--stars] [--all] [GALAXY...]
 
-Each galaxy is rendered without noise, in three wavelengths, surrounded by empty sky and binned. The table on standard
-output is Markdown, with what galaxies of the type have in brackets: shapes and arms at 7400 Angstrom, colours as 4300
-less 7400 Angstrom in magnitudes. Images, pictures of the apertures and plots stay in build/realism.
+Each galaxy is rendered without noise, in three wavelengths, surrounded by empty sky and binned. The
+table on standard output is Markdown, with published values of the type in brackets. Shapes and arms
+are those at 7400 Angstrom, colours 4300 less 7400 Angstrom in magnitudes. Images, pictures of the
+apertures and plots stay in build/realism.
 """
 
 import argparse
@@ -25,9 +26,9 @@ COLUMNS = {
 }
 
 
-# Types of the shipped galaxies and what galaxies of these types have: concentration, asymmetry and smoothness
-# (Conselice 2003, ApJS 147, 1), Gini and M20 (Lotz et al. 2004, AJ 128, 163), pitch angle (Kennicutt 1981, AJ 86, 1847,
-# and of the galaxies themselves).
+# Types of the shipped galaxies, and published values of these types: concentration, asymmetry and
+# smoothness (Conselice 2003, ApJS 147, 1), Gini and M20 (Lotz et al. 2004, AJ 128, 163), pitch
+# angle (Kennicutt 1981, AJ 86, 1847, and of the galaxies themselves).
 ELLIPTICAL = ("4.4", "0.02", "0.00", "0.59", "-2.5", "")
 S0 = ("3.9", "0.07", "0.08", "0.57", "-2.4")
 SAB = ("3.9", "0.07", "0.08", "0.53", "-2.2")
@@ -50,7 +51,7 @@ BESIDE = ("C", "A", "S", "G", "M20", "pitch (deg)")
 
 
 def beside(name, values):
-    """The values with those of the type in brackets; without a published one there is a value only."""
+    """The values, each with that of the type in brackets if one is published."""
     kind, *observed = OBSERVED.get(name, ("", *[""] * len(BESIDE)))
     cells = [f"{text(values[title])} ({known})" if known else text(values[title]) if title != BESIDE[-1] else ""
              for title, known in zip(BESIDE, observed)]
@@ -89,7 +90,8 @@ def measured(name, folder, options):
         found = [ring[column] / (ring["radius"] if by_radius else 1) for ring in rings if ring[column] is not None]
         return statistics.median(found) if found else None
 
-    # The inner disk, where light falls least: half a Petrosian radius to each side of the centre.
+    # The inner disk, where light falls off least: half a Petrosian radius to each side of the
+    # centre.
     run(GUTIL, "crop", "--center", f"{row['x']},{row['y']}", "--size", ",".join(2 * [str(round(row["petrosian"]))]),
         small, folder / f"{name}_middle.fits", "--overwrite")
     power = json.loads(run(GUTIL, "spectrum", "--log", "--json", folder / f"{name}_middle.fits"))["fits"]["rows"][2]

@@ -3,9 +3,9 @@
 
     scripts/star-counts.py build/release/gamer | scripts/put-tables.py docs/stars.md
 
-The observed mean over the sky is that of the catalogues Tycho-2 and UCAC4. The ratio of plane to pole is
-R = 3.5, 5 and 12 at V = 6, 10 and 14, and between them log N is linear in exp(-|sin b|). Needs NumPy and
-astropy.
+The observed mean over the sky is that of the catalogues Tycho-2 and UCAC4. The ratio of plane to
+pole is R = 3.5, 5 and 12 at V = 6, 10 and 14. Between plane and pole log N is linear in exp(-|sin
+b|). Needs NumPy and astropy.
 """
 
 import os

@@ -3,12 +3,12 @@
 #
 #   scripts/test.sh [--all | --werror | --sanitize] [ctest options]
 #
-# --all runs these tests, too.
-# --werror runs them, too. It builds apart, in build/ci, with warnings as errors and the benchmarks, and
+# --all also runs the tests of the label `long`.
+# --werror also runs them. It builds in build/ci, with warnings as errors and with the benchmarks, and
 # installs what the site of the documents needs.
-# --sanitize builds the tests of most layers apart, in build/asan, with the sanitizers of addresses and
-# undefined behaviour, and what runs in threads in build/tsan, with that of threads. The former needs a
-# processor with AVX2.
+# --sanitize builds and runs the tests of most layers in build/asan, with the sanitizers of addresses and
+# undefined behaviour; that needs a processor with AVX2. It builds the tests of threads in build/tsan,
+# with the sanitizer of threads.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 

@@ -28,7 +28,7 @@ panel() {
     printf '[arms]\n%s\n' "${2:-$arms}"
     printf '[[component]]\nclass = "veins_light"\nname = "veins"\nsed = "flat"\n'
     printf 'z0 = 0.012\nrh = 0.95\n%s\n' "$1"
-    # As the dust has it, where the keys do not say.
+    # The clumpiness of dust, where the keys give none.
     [[ $1 == *clumpiness* ]] || echo 'clumpiness = 1'
     [[ $1 == *density_low* ]] || echo 'density_low = 0.6'
   } > "$work/$name.toml"
@@ -102,7 +102,7 @@ $keys"
 done
 finish spurs
 
-# 3.9: what displaces, and what multiplies.
+# 3.9: noise that displaces veins, and noise that multiplies their density.
 begin 4
 for keys in 'displacement = 0.03' 'displacement = 0.12' 'displacement_frequency = 6' \
   'displacement_octaves = 4'; do

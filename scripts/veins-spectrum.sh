@@ -9,7 +9,7 @@ gamer=${2:-$source/build/release/gamer}
 gutil=${3:-$source/build/release/gutil}
 mkdir -p "$work"
 
-# The dust alone, as light: its column density instead of what it hides.
+# The dust alone, shown as light: its column density.
 awk -v RS= -v ORS='\n\n' '/^\[arms\]/ || /class = "veins"\n/' "$source/galaxies/m51.toml" |
   sed -e 's/class = "veins"/class = "veins_light"\nsed = "flat"/' \
     -e 's/^optical_depth.*/clumpiness = 1/' > "$work/m51_dust.toml"

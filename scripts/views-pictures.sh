@@ -9,7 +9,7 @@ scene=scenes/milky_way_inside
 mkdir -p docs/images
 folder=$(mktemp -d)
 trap 'rm -r "$folder"' EXIT
-# view <projection> <size> [output]: a cube's six sides are a picture only where gamer draws it.
+# view <projection> <size> [output]: only gamer itself draws the six sides of a cube as one picture.
 view() {
   "$gamer" $scene.par $scene.lst --quiet --overwrite --output "${3:-$folder/$1.fits}" \
     --set "camera.projection=$1" --set "image.size=$2" --set sampling.tolerance=0.01

@@ -23,7 +23,7 @@ def main():
     if path is None:
         print("gamer: the program is not installed beside the package", file=sys.stderr)
         return 1
-    # The data of a package that pip installed; others are where the program looks.
+    # A package installed by pip has its own data; otherwise the program finds the data.
     if _data.own.is_dir():
         os.environ.setdefault("GAMER_DATA", str(_data.own))
     os.execv(path, [path, *sys.argv[1:]])

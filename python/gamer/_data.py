@@ -1,4 +1,4 @@
-"""Where galaxies, spectra, bands and instruments are found."""
+"""The folders and names of galaxies, spectra, bands and instruments."""
 
 import os
 import pathlib

@@ -20,7 +20,7 @@ class Galaxy:
     """A galaxy that can be changed. `galaxy["bulge"]["fraction"] = 0.3` sets a parameter of the
     component "bulge"; "galaxy" and "arms" are the sections of these names. Every value is checked
     when it is set, and the galaxy as a whole when it is rendered, or by check(). Galaxy() has no
-    component yet, add() gives it some."""
+    components; add() adds them."""
 
     def __init__(self, tree=None, name="galaxy", text=None):
         if tree is not None and not isinstance(tree, dict):
@@ -105,7 +105,7 @@ class Galaxy:
         known = kinds()
         if kind not in known:
             raise _core.InputError(f"unknown class {kind!r}; known are {', '.join(known)}")
-        # A name keeps its noise where other components come and go.
+        # The name decides the noise, which thus stays where other components are added or removed.
         name = name or self._free_name(kind)
         if name in self._names() or name in _sections:
             raise _core.InputError(f"there is a component {name!r} already")
@@ -143,7 +143,7 @@ class Galaxy:
         self._changed()
 
     def _fix_names(self):
-        """Writes names that follow from the order, before the order changes."""
+        """Stores the names that follow from the order, before the order changes."""
         for component, name in zip(self._list(), self._names()):
             component.setdefault("name", name)
 

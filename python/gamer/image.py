@@ -1,4 +1,4 @@
-"""Rendered images: pixels with what they mean."""
+"""Rendered images: pixels with units, coordinates and parameters."""
 
 import io
 import pathlib
@@ -18,7 +18,7 @@ def _needs_astropy():
 
 
 def _unit(text):
-    """An Astropy unit; a text where there is no Astropy."""
+    """An Astropy unit; a text without Astropy."""
     try:
         from astropy import units
     except ImportError:
@@ -42,7 +42,7 @@ def _table(columns):
 
 
 class _Rendered:
-    """What images and stamps share."""
+    """The common part of images and stamps."""
 
     def __init__(self, rendering):
         self._rendering = rendering
@@ -74,7 +74,7 @@ class _Rendered:
 
     @property
     def truth(self):
-        """Table TRUTH, what each object is; None where it was not asked for."""
+        """Table TRUTH with the properties of each object; None where it was not requested."""
         columns = self._rendering.truth
         return None if columns is None else _table(columns)
 
@@ -114,8 +114,8 @@ class Image(_Rendered):
     @property
     def data(self):
         """The pixels as [plane, y, x], row 0 at the bottom. It is a view without a copy, in the
-        precision of image.bitpix: float32, or float64 for -64. It cannot be written to, so that
-        the file and the picture show what it holds; data.copy() can."""
+        precision of image.bitpix: float32, or float64 for -64. It is read-only, so that file and
+        picture agree with it; data.copy() is not."""
         return _read_only(self._rendering.data)
 
     @property

@@ -33,7 +33,7 @@ def _points(*coordinates):
 
 
 class Field:
-    """A fractal noise in space. Coordinates are lengths of which frequencies count cycles. The
+    """A fractal noise in space. Frequencies are in cycles per unit of the coordinates. The
     density's mean over the cube [-1, 1]^3 is 1."""
 
     def __init__(self, seed=1, **values):

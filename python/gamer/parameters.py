@@ -9,7 +9,7 @@ from . import _core, _units
 
 
 class Declaration:
-    """What is declared of one parameter."""
+    """The declaration of one parameter."""
 
     def __init__(self, fields):
         self.name = fields["name"]
@@ -51,7 +51,7 @@ def unknown(key, known, where):
 
 
 def near(key, known):
-    """A hint at names like one that nothing has; at all names where there are few."""
+    """A hint at known names that resemble an unknown one, or at all names where there are few."""
     known = list(known)
     found = difflib.get_close_matches(str(key), known, n=3)
     if found:
@@ -64,7 +64,7 @@ def _nothing():
 
 
 class UnknownParameter(KeyError, _core.InputError):
-    """A name that nothing declares."""
+    """A name without a declaration."""
 
     def __str__(self):
         return self.args[0]

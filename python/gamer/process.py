@@ -5,7 +5,7 @@
 An input is a rendered Image, an HDU or HDUList of Astropy, a path, or a NumPy array of two or three
 dimensions. An array may have a unit or a mask; masked pixels are NaN. Operations that make an image
 return an HDUList, and operations that make a picture a Picture. Operations that measure return the
-text that gutil prints; its `table` is an Astropy Table.
+text that gutil prints, with an Astropy Table as its `table`.
 """
 
 import functools
@@ -75,8 +75,8 @@ def _is_file_value(value):
 
 
 def _length_unit(key, value, declared, values):
-    """A quantity of an option in pixels or arcsec: its number, and the option `unit` that it
-    needs."""
+    """The number of an option's quantity in pixels or arcsec, and the option `unit` that goes with
+    it."""
     if not (_units.is_quantity(value) and declared[key].unit == "pixels or arcsec"):
         return value, {}
     unit = "pixel" if value.unit.is_equivalent("pixel") else "arcsec"
@@ -166,7 +166,7 @@ class Picture:
 
 
 class Text(str):
-    """What an operation prints; `answer` is 1 where it says no (compare)."""
+    """The text that an operation prints; `answer` is 1 where the answer is "no" (compare)."""
 
     def __new__(cls, text, answer=0, fits=None):
         made = super().__new__(cls, text)

@@ -13,7 +13,7 @@ from .scene import Scene
 
 
 class GamerWarning(UserWarning):
-    """What the program warns about: an image without light, suspicious values..."""
+    """A warning of the program: an image without light, suspicious values..."""
 
 
 class Camera(Parameters):
@@ -27,7 +27,7 @@ class Camera(Parameters):
         self.update(values)
 
 
-# Sections whose keys are given with their section where another section has the key, too.
+# Sections whose keys need the section's name where another section has the key, too.
 _special = ("catalogue", "animation", "truth", "stamps")
 
 
@@ -124,15 +124,15 @@ def _session(threads, folders):
 
 
 def session(threads=0):
-    """The session that renderers with so many threads share (0: all cores). It keeps what was
-    measured of galaxies: `measured` and `recalled` count the parts."""
+    """The session that renderers with this number of threads share (0: all cores). It keeps the
+    measured parts of galaxies, which `measured` and `recalled` count."""
     if not isinstance(threads, numbers.Integral) or threads < 0:
         raise _core.InputError(f"threads is a whole number, 0 for all cores, not {threads!r}")
     return _session(threads, tuple(_data.folders()))
 
 
 def _progress(progress):
-    """A function of (stage, done, total); True shows a bar of tqdm, or lines where there is none."""
+    """A function of (stage, done, total); True shows a bar of tqdm, or lines without tqdm."""
     if progress is None or progress is False:
         return None, lambda: None
     if callable(progress):
@@ -156,7 +156,7 @@ def _progress(progress):
 
 
 class Renderer:
-    """A scene, a view, and how it is rendered.
+    """A scene, a view, and the parameters of the render.
 
     Renderer(scene, camera, size=256, bands=["lsst_g", "lsst_r"]).render()
 
@@ -177,7 +177,7 @@ class Renderer:
 
     @classmethod
     def from_files(cls, parameters, scene, *, threads=0, **settings):
-        """As the command line reads two files."""
+        """A renderer of the two files that the command line takes."""
         return cls(Scene.read(scene), None, pathlib.Path(parameters), threads=threads, **settings)
 
     def __repr__(self):
@@ -193,11 +193,11 @@ class Renderer:
         return self._load().parameters
 
     def render(self, truth=False, progress=None, comm=None):
-        """Renders, and returns an Image or, in layout "stamps", Stamps. With `truth` there is a
-        table of what each object is. `progress` is True or a function of (stage, done, total);
-        what it raises ends the render. Ctrl-C ends it, too. With `comm`, a communicator of mpi4py,
-        its ranks render the image together, each in `threads` threads: every rank makes an equal
-        call and gets the whole image. When one rank fails, the others raise RunError."""
+        """Renders, and returns an Image or, in layout "stamps", Stamps. With `truth` the image has
+        a table of the properties of each object. `progress` is True or a function of (stage, done,
+        total); its exceptions end the render, and so does Ctrl-C. With `comm`, a communicator of
+        mpi4py, the ranks render the image together, each in `threads` threads. Every rank makes an
+        equal call and gets the whole image. When one rank fails, the others raise RunError."""
         if comm is None or comm.Get_size() == 1:
             return _render(session(self.threads), self._load(), truth, progress)
         job = _on_all_ranks(comm, self._load)
@@ -205,7 +205,7 @@ class Renderer:
 
 
 def _on_all_ranks(comm, work):
-    """What `work` returns; when it fails on a rank, every rank raises."""
+    """The result of `work`; when it fails on a rank, every rank raises."""
     result, failure = None, None
     try:
         result = work()

@@ -10,7 +10,8 @@ from .galaxy import Galaxy
 from .parameters import declarations, unknown
 
 
-# Columns of a scene without rows, which a view of the sky may show, by whether it is one.
+# Columns of a scene without rows, for sky views (True) and other views. Sky views may show such a
+# scene.
 _empty = {True: ("galaxy", "ra", "dec", "size_kpc", "inclination", "pa", "apparent_magnitude"),
           False: ("galaxy", "x", "y", "z", "inclination", "pa")}
 
@@ -37,7 +38,7 @@ def _mappings(rows):
 
 
 class Scene:
-    """The objects of an image, one a row.
+    """The objects of an image, one per row.
 
     Scene([dict(galaxy="ngc4321", x=0, y=0, z=0, inclination=30, pa=150), ...])
     Scene(table)                    an Astropy Table, with units
@@ -76,7 +77,7 @@ class Scene:
         return declarations("columns")
 
     def add(self, galaxy, **values):
-        """Adds an object; a value that is not given is missing in its row."""
+        """Adds an object; values that are not given are missing in its row."""
         if self._rows is None or self.path is not None:
             raise _core.InputError("rows can be added to a scene of rows only")
         row = {"galaxy": galaxy}

@@ -71,7 +71,7 @@ def k_correction(sed, observed, rest=None, redshift=0.0):
 
 
 def apparent_magnitude(absolute, sed, observed, rest=None, redshift=0.1, h0=70.0, omega_m=0.3):
-    """Apparent AB magnitude of an absolute one in the band `rest`, which is `observed` unless
-    given."""
+    """The apparent AB magnitude of an absolute magnitude in the band `rest`, by default
+    `observed`."""
     modulus = _each(lambda z: _core.distance_modulus(z, h0, omega_m), redshift)
     return absolute + modulus + k_correction(sed, observed, rest, redshift)

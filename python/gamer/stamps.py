@@ -1,4 +1,4 @@
-"""Renders as sources of other packages. Each function needs its package."""
+"""Renders as sources for other packages. Each function needs its package."""
 
 import numpy as np
 

@@ -15,7 +15,7 @@
 
 namespace gamer::python {
 
-/// Work in a thread of its own, while the caller's thread looks for signals.
+/// Work in a thread of its own, while the caller's thread checks for signals.
 class Background {
  public:
   /// The work ends early when its argument is requested.

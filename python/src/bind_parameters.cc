@@ -81,7 +81,7 @@ ParameterValue from_python(const Parameter& parameter, const py::object& value) 
   return std::monostate();
 }
 
-/// The declarations that stand together under a name.
+/// The declarations of a group and name, as declarations() takes them.
 ParameterTable find_table(const std::string& group, const std::string& name) {
   if (group == "section") {
     for (const ParameterSection& section : render_parameter_sections()) {

@@ -97,7 +97,8 @@ RenderJob load_files(const Session& session, const fs::path& parameters, const f
   return session.load(request);
 }
 
-/// The latest progress of a render, which its thread notes and the caller's thread tells.
+/// The latest progress of a render: the render's thread notes it, and the caller's thread reports
+/// it.
 class LatestProgress {
  public:
   void note(const RenderProgress& now) {
@@ -154,7 +155,7 @@ Rendering render_in_background(const Session& session, RenderJob job, bool truth
   return std::move(*rendering);
 }
 
-/// A finished render whose pixels Python may look at.
+/// A finished render with views of its pixels for Python.
 class PythonRendering {
  public:
   explicit PythonRendering(Rendering rendering)

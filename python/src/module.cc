@@ -1,5 +1,5 @@
-// The module gamer._core: the library's functions as Python sees them. The package's own files give
-// them their shape.
+// The module gamer._core: the library's functions for Python. The package's own files build its
+// interface on them.
 
 #include <pybind11/pybind11.h>
 

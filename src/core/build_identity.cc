@@ -41,8 +41,8 @@ std::string id_among(Bytes notes) {
   return {};
 }
 
-/// Takes the build ID of the program or shared library that holds code_marker. A callback of
-/// dl_iterate_phdr(), which ends with a result other than 0.
+/// A callback of dl_iterate_phdr() that takes the build ID of the program or shared library that
+/// holds code_marker. A result other than 0 ends the iteration.
 int take_id(dl_phdr_info* object, std::size_t, void* id) {
   const auto segments = std::span(object->dlpi_phdr, object->dlpi_phnum);
   const auto start = [&](const ElfW(Phdr) & segment) {
@@ -63,7 +63,7 @@ int take_id(dl_phdr_info* object, std::size_t, void* id) {
   return 1;
 }
 
-/// Whether the C library may use fused multiply-adds, which round otherwise.
+/// Whether the C library may use fused multiply-adds, which round differently.
 bool has_fused_arithmetic() {
 #if defined(__x86_64__)
   return __builtin_cpu_supports("fma") != 0;

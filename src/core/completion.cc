@@ -8,14 +8,14 @@
 namespace gamer {
 namespace {
 
-/// The text in single quotes of a shell.
+/// The text in the single quotes of a shell.
 std::string quoted(std::string_view text) {
   std::string result = "'";
   for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return result + "'";
 }
 
-/// Words with spaces between, all options of these lists.
+/// All names of the options, separated by spaces.
 std::string names_of(const std::vector<ManualOption>& options) {
   std::string names;
   for (const ManualOption& option : options) {
@@ -35,7 +35,7 @@ std::vector<ManualOption> options_of(const Manual& manual, const ManualCommand& 
   return options;
 }
 
-/// Assignments that say what a value may be, for bash.
+/// bash commands that say what completes a value.
 std::string bash_values(const ManualValue& value) {
   if (!value.list.empty()) return fmt::format("list={}", value.list);
   if (!value.words.empty())
@@ -43,7 +43,7 @@ std::string bash_values(const ManualValue& value) {
   return value.is_file ? "return" : "compopt +o default 2>/dev/null; return 0";
 }
 
-/// Branches of a case over "<command>:<word before>", one for each option with a value.
+/// Branches of bash's `case` over "<command>:<word before>", one for each option with a value.
 std::string bash_branches(const std::string& command, const std::vector<ManualOption>& options) {
   std::string text;
   for (const ManualOption& option : options) {
@@ -73,7 +73,7 @@ std::string command_names(const Manual& manual) {
   return names;
 }
 
-/// Sets `command` to the command's name.
+/// bash code that sets `command` to the name of the command in `word`.
 std::string command_search(const Manual& manual) {
   std::string text = "    case $word in\n";
   for (const ManualCommand& command : manual.commands) {
@@ -116,7 +116,7 @@ std::string zsh_options(const Manual& manual, const std::vector<ManualOption>& o
   return text;
 }
 
-/// The beginning of the function for bash: finds the command and the word before.
+/// The beginning of the bash function, which finds the command and the word before.
 std::string bash_start(const Manual& manual) {
   return fmt::format(
       "# Completes the words of {0} in bash; made by {0} --print-manual bash.\n"
@@ -135,8 +135,8 @@ std::string bash_start(const Manual& manual) {
       manual.program, command_search(manual));
 }
 
-/// The end of the function, from the cases of words on. It avoids compgen -W, which would run
-/// commands that stand in a name.
+/// The end of the bash function, behind the branches of its `case`. It avoids compgen -W, which
+/// would run commands within a name.
 std::string bash_end(const std::string& program) {
   return fmt::format(
       "    esac\n"

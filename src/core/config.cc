@@ -18,7 +18,8 @@ constexpr int max_depth = 64;
 constexpr int max_key_parts = 16;
 const std::string too_many_parts = fmt::format("a key has more than {} parts", max_key_parts);
 
-/// Places of nodes for messages: places in a file, or for `--set` always one place.
+/// The places that messages give for nodes: places in a file, or one place for all nodes of
+/// `--set`.
 struct Places {
   std::string file;
   bool fixed = false;
@@ -165,7 +166,7 @@ ConfigNode* find_member(ConfigNode& node, std::string_view key) {
   return nullptr;
 }
 
-/// Whether the text is UTF-8, as TOML and so the record of a job require.
+/// Whether the text is UTF-8, which TOML and therefore the record of a job require.
 bool is_utf8(std::string_view text) {
   constexpr char last_control = 0x1f, delete_code = 0x7f;
   std::string comment = "#";

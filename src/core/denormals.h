@@ -7,9 +7,9 @@
 namespace gamer {
 
 /// While an instance lives, this thread treats denormal numbers (single precision: below 1.2e-38)
-/// as zero, in operands and results. Densities far from a galaxy's centre are that low, and x86
-/// cores need a hundred cycles more for each product. On other machines it does nothing. Statistics
-/// of galaxies do not need it, since their points lie where there is light.
+/// as zero, in operands and results. Densities far from a galaxy's centre are that low, and each
+/// product of them costs x86 cores a hundred cycles more. On other machines the class does nothing.
+/// Statistics of galaxies do not need it, since their points lie where there is light.
 class DenormalsAreZero {
  public:
 #if defined(__SSE__)

@@ -17,7 +17,8 @@ std::string digest(std::string_view text) {
     const std::size_t bytes = std::min(text.size(), sizeof word);
     std::memcpy(&word, text.data(), bytes);
     text.remove_prefix(bytes);
-    // Each step is a bijection of both words: texts of equal digest collide twice by chance.
+    // For a given `word`, each step maps `first` and `second` one to one. Texts with equal digests
+    // must therefore agree by chance in both.
     first = mix64(first ^ word) + golden_gamma;
     second = mix64(second + word) ^ golden_gamma;
   }

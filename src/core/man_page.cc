@@ -12,7 +12,7 @@
 namespace gamer {
 namespace {
 
-/// The first code point of UTF-8 text, which is taken off.
+/// Removes the first code point from UTF-8 text and returns it.
 char32_t take_code_point(std::string_view& text) {
   const auto first = static_cast<unsigned char>(text.front());
   const std::size_t length = first < 0x80 ? 1 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;

@@ -17,7 +17,8 @@ namespace {
 
 std::atomic<int> allowed_threads = 1;
 
-// Most indices that a thread takes at once; it takes fewer where each thread has few shares.
+// The largest share, the indices that a thread takes at once. Shares are smaller where a thread
+// would get less than shares_per_thread of them.
 constexpr std::size_t most_share = 4;
 constexpr std::size_t shares_per_thread = 4;
 
@@ -35,7 +36,7 @@ class Loop {
     }
     return false;
   }
-  /// Number of threads besides one that could work in the loop.
+  /// Number of threads that could work in the loop besides the one that began it.
   std::size_t room() const { return std::min(most_workers_, (count_ + share_ - 1) / share_) - 1; }
 
   void work_off() {

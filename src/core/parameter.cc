@@ -144,7 +144,7 @@ class Reader {
     return value;
   }
 
-  /// For a list of lists of numbers, the message shows the right list.
+  /// Throws for a list of lists of numbers; the message shows the flat list to write.
   void check_flat(const ConfigNode& node) const {
     std::vector<double> numbers;
     for (const ConfigNode& row : node.array()) {
@@ -286,7 +286,7 @@ std::string Interval::text() const {
 
 namespace {
 
-/// A declaration with its default, or none.
+/// A declaration, with its default if there is one.
 template <class T>
 Parameter declare(std::string name, ParameterType type, std::string unit, Interval interval,
                   std::optional<T> default_value, std::string description) {

@@ -17,7 +17,8 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t max_text_bytes = std::uintmax_t{1} << 30;
 
-/// A loop of links counts as there; skipping it would find another file of that name.
+/// Whether a path exists. A loop of links counts, since skipping it would find another file of that
+/// name.
 bool is_there(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error) || error == std::errc::too_many_symbolic_link_levels;

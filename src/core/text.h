@@ -10,7 +10,7 @@
 
 namespace gamer {
 
-/// The number that a whole text is; nothing for other texts, and for numbers out of range.
+/// The number that the whole text spells; nothing for other texts and for numbers out of range.
 template <class Number>
 std::optional<Number> number_of(std::string_view text) {
   Number number{};
@@ -20,7 +20,7 @@ std::optional<Number> number_of(std::string_view text) {
   return number;
 }
 
-/// The text without a plus sign at its begin, which std::from_chars() rejects.
+/// The text without a leading plus sign, which std::from_chars() rejects.
 inline std::string_view without_plus(std::string_view text) {
   return text.substr(text.starts_with('+') ? 1 : 0);
 }
@@ -41,7 +41,7 @@ inline std::vector<std::string> split_at_commas(std::string_view text) {
   return parts;
 }
 
-/// Removes "<length>:<bytes>", a netstring without its comma, from the begin of `packed`. Returns
+/// Removes "<length>:<bytes>", a netstring without its comma, from the start of `packed`. Returns
 /// its bytes, or nothing where there is none.
 inline std::optional<std::string> take_netstring(std::string_view& packed) {
   std::size_t length = 0;

@@ -81,8 +81,8 @@ class ColumnReader {
       case TDOUBLE: reader.kind_ = Kind::real; break;
       default: return std::nullopt;
     }
-    // Floating-point numbers of a binary table mark "none" by NaN already. If CFITSIO looked for
-    // it, it would also replace infinities and subnormal numbers.
+    // In binary tables a missing floating-point number is NaN already. If CFITSIO looked for nulls,
+    // it would also replace infinities and subnormal numbers.
     reader.null_value_ = binary && (type == TFLOAT || type == TDOUBLE) ? 0 : no_value;
     return reader;
   }

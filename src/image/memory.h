@@ -6,7 +6,8 @@
 namespace gamer {
 
 /// Bytes that this process can still allocate: the machine's available memory, or the rest of the
-/// address-space limit (ulimit -v) if smaller. The largest number where neither is known.
+/// address-space limit (ulimit -v) if smaller. The result is the largest number where neither is
+/// known.
 std::uint64_t available_memory();
 
 /// "1.5 GiB", for messages.

@@ -8,8 +8,8 @@
 
 namespace gamer {
 
-/// An unfinished output: a file beside its final name, which the caller makes. The output "-" is a
-/// file in the system's folder for temporary files; deliver() copies it to standard output.
+/// An unfinished output: a file beside its final name. The caller makes the file. The output "-" is
+/// a file in the system's folder for temporary files; deliver() copies it to standard output.
 class OutputFile {
  public:
   /// Throws RunError.

@@ -178,8 +178,8 @@ Sky measure_sky(const Sample& sample) {
   return {low + black_sigmas * sigma, sigma};
 }
 
-/// Sums of v - black of all channels over the same pixels, those in which some channel is light. A
-/// choice of pixels by channel would lose most light of a faint channel, and change its colour.
+/// Sums of v - black of each channel over the pixels in which some channel is light. A choice of
+/// pixels by channel would lose most of a faint channel's light and change the colour.
 std::array<double, 3> sum_light(const std::vector<std::vector<double>>& channels,
                                 const std::array<double, 3>& black,
                                 const std::array<double, 3>& sigma) {
@@ -243,7 +243,7 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
     }
   }
   tone.slope = solve_slope(reference, sorted[place]);
-  // The largest channel must fit, not the mean: otherwise a red core would be a flat disc.
+  // The scale follows the largest channel, not the mean: otherwise a red core would be a flat disc.
   std::vector<double>& largest = peaks;
   for (std::size_t i = 0; i < lit.size(); ++i) largest[i] *= std::asinh(tone.slope * lit[i]);
   const auto nth = largest.begin() + static_cast<std::ptrdiff_t>(place);

@@ -52,7 +52,8 @@ struct PngError {
 
 void on_png_warning(png_structp, png_const_charp) {}
 
-// These return false after an error. libpng leaves by longjmp, which runs no destructors.
+// These functions return false after an error, from which libpng returns by longjmp without running
+// destructors.
 
 bool start_png(png_structp png, png_infop info, std::FILE* file, int width, int height, int bits,
                png_const_textp texts, int text_count,

@@ -24,8 +24,8 @@ namespace fs = std::filesystem;
 
 /// Longest part of the file's name in a folder's name; with prefix and number it fits 255 bytes.
 constexpr std::size_t longest_stem = 200;
-/// Numbers at which old folders are looked for, even after a gap. More processes at work on one
-/// file are rare.
+/// Old folders are looked for under this many numbers, even after a gap. More processes that work
+/// on one file are rare.
 constexpr int numbers_looked_at = 4;
 
 constexpr std::string_view part_suffix = ".part";
@@ -74,7 +74,7 @@ class PrivateFolder::Opened {
     struct stat folder {
     }, lock{};
     if (fstat(folder_, &folder) != 0 || fstat(lock_, &lock) != 0) return errno;
-    // Some servers change the owner of all files; then both have the same wrong owner.
+    // Servers that change the owner of all files give both the same wrong owner.
     if (folder.st_uid != lock.st_uid) return EPERM;
     // Some file systems have no locks.
     if (flock(lock_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) return errno;
@@ -114,7 +114,7 @@ class PrivateFolder::Opened {
                    S_IRUSR | S_IWUSR);
     return lock_ >= 0;
   }
-  /// Whether the locked file is still in the folder; its last owner may have removed it.
+  /// Whether the locked file is still in the folder; its previous owner may have removed it.
   bool has_lock() const {
     struct stat by_name {
     }, locked{};
@@ -171,7 +171,7 @@ void PrivateFolder::remove_left_behind(const fs::path& final_path) {
       folder.remove_parts();
       folder.remove_folder();
     } else {
-      // The process ended before it made its lock, or after it removed it.
+      // The process ended before it made its lock file, or after it removed the file.
       folder.remove_empty();
     }
   }

@@ -13,7 +13,7 @@ namespace gamer {
 ///
 /// The process that owns the folder locks a file in it, whose name contains the machine's name. If
 /// that file is there but not locked, the owner process has ended. Where the system allows, files
-/// are opened relative to the folder's descriptor. Another user who moves the folder can then not
+/// are opened relative to the folder's descriptor. A user who moves the folder then cannot
 /// substitute another one.
 class PrivateFolder {
  public:

@@ -10,8 +10,8 @@
 namespace gamer {
 
 /// An unfinished file in a private folder beside the final file, so that moving it is one step of
-/// the file system. It is removed on destruction unless it was moved. Unfinished files of a process
-/// that will stand in one folder share a private folder, which has the first file's name.
+/// the file system. It is removed on destruction unless it was moved. The unfinished files of a
+/// process that belong in one folder share a private folder, named after the first of them.
 class TemporaryFile {
  public:
   /// Checks that the folder can be written, and removes what killed processes left beside this

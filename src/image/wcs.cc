@@ -29,7 +29,7 @@ namespace gamer {
 namespace {
 
 constexpr double arcseconds_per_degree = 3600, full_circle = 360;
-/// Status of wcsp2s() and wcss2p(): some points have no counterpart; an array tells which.
+/// Status of wcsp2s() and wcss2p(): some points have no counterpart; an array marks them.
 constexpr int bad_pixels = 8, bad_world = 9;
 /// Points converted in one call of WCSLIB.
 constexpr std::size_t point_block = 256;
@@ -45,7 +45,7 @@ constexpr double largest_area_change = 16;
 
 // ---- WCSLIB ------------------------------------------------------------------------------------
 
-/// WCSLIB's message of the last error of wcsset(), the innermost reason, on one line.
+/// WCSLIB's message of the innermost reason for the last error of wcsset(), on one line.
 std::string error_words(const wcsprm& wcs, int status) {
   std::string words = wcs_errmsg[status];
   for (const wcserr* error : {wcs.cel.prj.err, wcs.cel.err, wcs.lin.err, wcs.err}) {
@@ -372,7 +372,8 @@ class Converter {
 
 // ---- View --------------------------------------------------------------------------------------
 
-/// The projection in WCSLIB's form. Throws InputError.
+/// The projection in WCSLIB's form. Throws InputError where it is unknown or its parameters are
+/// bad.
 prjprm checked_projection(const SkyView& view) {
   const std::vector<std::string> known = sky_projections();
   if (std::ranges::find(known, view.projection) == known.end()) {
@@ -414,9 +415,9 @@ std::vector<std::string> view_records(const SkyView& view) {
   check_finite(view);
   constexpr double pole_latitude = 90;
   const bool zenithal = checked_projection(view).theta0 == pole_latitude;
-  // At the pole the standard's default orientation differs from that beside it, so the image would
-  // turn over. Zenithal projections state the usual orientation. For others the right ascension,
-  // which has no meaning at the pole, turns it back.
+  // At the pole the standard's default orientation is turned by 180 deg from that beside it.
+  // Zenithal projections state the usual orientation. For others the right ascension, which has no
+  // meaning at the pole, turns the image back.
   double ra = view.center.ra;
   if (!zenithal && view.center.dec == pole_latitude)
     ra += ra < pole_latitude * 2 ? pole_latitude * 2 : -pole_latitude * 2;
@@ -489,7 +490,8 @@ class CelestialWcs::Impl {
 
  private:
   static constexpr std::size_t places = 64;
-  /// First place where this thread looks. So most threads find their own converter, and none waits.
+  /// The first place where this thread looks. Most threads thus find their own converter, and none
+  /// waits.
   static std::size_t own_place() {
     static std::atomic<std::size_t> threads = 0;
     thread_local const std::size_t own = threads++ % places;

@@ -26,7 +26,7 @@ Matrix matrix_of(const PixelMap& map) { return {{{map.xx, map.xy}, {map.yx, map.
 Matrix inverse(const Matrix& m) {
   const double determinant = m[0][0] * m[1][1] - m[0][1] * m[1][0];
   if (!std::isfinite(1 / determinant)) throw std::invalid_argument("a singular pixel map");
-  // 0 - x gives no negative zeros: a card with -0.0 looks odd.
+  // 0 - x avoids negative zeros, which would look odd in cards.
   return {{{m[1][1] / determinant, 0 - m[0][1] / determinant},
            {0 - m[1][0] / determinant, m[0][0] / determinant}}};
 }

@@ -17,7 +17,7 @@ bool has_open_string(std::string_view record);
 std::vector<std::string> split_records(std::string_view header);
 /// The records that describe the celestial axes 1 and 2, or their frame.
 std::vector<std::string> celestial_records(const std::vector<std::string>& header);
-/// Fails where the records of axes 1 and 2 are not enough. Either a further pixel axis moves the
+/// Fails where the records of axes 1 and 2 are not enough: where a further pixel axis moves the
 /// position on the sky, or distortions are in tables of other HDUs.
 void check_self_contained(const std::vector<std::string>& header, const std::string& label);
 

@@ -18,7 +18,7 @@
 namespace gamer {
 namespace {
 
-// Distance of the rays of galaxies that are not measured by those of the image, relative to these.
+// `ray_distance` of measure() for galaxies without fixed flux.
 constexpr double ray_distance = 1.5;
 
 void append(double number, std::string& text) { text += fmt::format(" {:a}", number); }
@@ -36,7 +36,8 @@ class AttenuationNames {
   std::string name(const PlacedGalaxy& probe) const;
 
  private:
-  /// The wavelengths that matter: those of spectra, and some at which dust is known.
+  /// The light that decides an attenuation: a range of the spectra, and wavelengths at which dust
+  /// is sampled.
   struct Light {
     Sed::Range range;
     std::vector<double> wavelengths;
@@ -84,7 +85,7 @@ AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Cam
     pixels_ = digest(pixels_);
   }
   for (const ParameterSection& section : render_parameter_sections()) {
-    // A stamp has a view and images of its own.
+    // The stamp on which a galaxy is measured has its own view and images.
     if (section.name == "image" || section.name == "camera" || section.name == "truth") continue;
     const ParameterSet& values = parameters.section(section.name);
     for (const Parameter& parameter : section.table) {
@@ -226,7 +227,7 @@ class FixedFluxes {
   const Camera& camera_;
   std::shared_ptr<const Scene> scene_;
   Renderer renderer_;
-  bool drops_dust_free_;  ///< from layers, since the image does not show it
+  bool drops_dust_free_;  ///< whether layers drop light without dust, which the image does not show
   std::shared_ptr<GalaxyLayers> layers_;
   std::mutex mutex_;
   RenderCounts counts_;
@@ -269,7 +270,8 @@ GalaxyMeasure FixedFluxes::measure(std::size_t galaxy) {
   return result;
 }
 
-/// The galaxies whose observed light counts. Decides which of them have a fixed flux.
+/// The galaxies whose magnitude includes dust. The function also decides which of them have a fixed
+/// flux.
 std::vector<std::size_t> find_observed(const RenderParameters& parameters, bool is_draft,
                                        RenderJob& job) {
   std::vector<std::size_t> observed;
@@ -284,8 +286,8 @@ std::vector<std::size_t> find_observed(const RenderParameters& parameters, bool 
   return observed;
 }
 
-/// Gives every rank the layers of all ranks, as many as together take most_layer_bytes on their
-/// way. Every rank calls it.
+/// Gives every rank the layers of all ranks, at most most_layer_bytes together. Every rank calls
+/// this function.
 void share_layers(const Ranks& ranks, std::size_t galaxies, GalaxyLayers& layers) {
   CalibrationParts own;
   std::size_t room = most_layer_bytes / static_cast<std::size_t>(ranks.size());
@@ -316,9 +318,9 @@ void share_layers(const Ranks& ranks, std::size_t galaxies, GalaxyLayers& layers
   }
 }
 
-/// The numbers in which ranks share what they measured of a galaxy: its attenuation, its
-/// unconverged rays, the number of its factors, and these factors. Its properties follow where the
-/// table of truth needs them.
+/// The numbers of a measured galaxy that ranks share: its attenuation, its unconverged rays, the
+/// number of its factors, and the factors. Its properties follow where the table of truth needs
+/// them.
 class MeasuredNumbers {
  public:
   MeasuredNumbers(const Scene& scene, std::span<const std::size_t> observed,
@@ -382,7 +384,7 @@ void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pend
   Scene& scene = *job.scene;
   const Spectrum band = spectrum_of(reference, parameters);
   const std::vector<std::size_t> observed = find_observed(parameters, pending.is_draft, job);
-  // Absolute magnitudes count at redshift 0, apart from the image.
+  // Absolute magnitudes hold at redshift 0, not in the image's planes.
   const auto is_fixed = [&](std::size_t g) {
     return scene.galaxies[g].has_fixed_flux && !scene.galaxies[g].is_absolute;
   };

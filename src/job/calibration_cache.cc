@@ -22,9 +22,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Files are spread over so many folders by the first digit of their names.
+/// Number of folders over which files are spread, by the first digit of their names.
 constexpr std::size_t sub_folders = 16;
-/// Files of another build are removed once it was not used for this time.
+/// The files of a build are removed once it has not been used for this time.
 constexpr auto longest_disuse = std::chrono::hours(24 * 30);
 
 /// Reads values from bytes; has_failed() once they do not suffice.

@@ -28,8 +28,8 @@ namespace {
 constexpr std::size_t most_tiles = 256;
 constexpr std::size_t most_measured = 16;
 constexpr double microsecond = 1e-6;
-/// Rank 0's time for each value of a pixel, in the journal (1 to 10 ns) and the writer
-/// (journal_bench).
+/// Rank 0's time for each value of a pixel, in the journal (1 to 10 ns) and the writer;
+/// bench/journal_bench.cc measures it.
 constexpr double writing_seconds = 5e-9;
 
 double seconds_of(clockid_t clock) {
@@ -45,7 +45,7 @@ std::uint64_t resident_memory() {
 }
 
 /// Seconds per unit of cost, measured in squares of pixels around samples. A square is a tile where
-/// tiles are cheap, and down to a single pixel where time is short.
+/// tiles are cheap; where time is short it is smaller, down to a pixel.
 double seconds_per_cost(const Renderer& renderer, const std::vector<CostSample>& samples,
                         double most_seconds) {
   std::vector<double> sums(samples.size());
@@ -56,7 +56,7 @@ double seconds_per_cost(const Renderer& renderer, const std::vector<CostSample>&
   double seconds = 0, cost = 0, spent = 0;
   int side = 1;
   for (std::size_t tile = 0; tile < most_tiles && spent < most_seconds; ++tile) {
-    // After any number of tiles the samples so far are evenly spread.
+    // Multiples of the golden ratio keep the samples evenly spread after any number of tiles.
     const double at = all * std::fmod((static_cast<double>(tile) + 0.5) * std::numbers::phi, 1.0);
     const auto found = std::lower_bound(sums.begin(), sums.end(), at);
     const CostSample& sample =
@@ -106,7 +106,7 @@ double star_seconds(const Renderer& renderer, double most_seconds) {
   double seconds = 0;
   int done = 0;
   for (; done < count && seconds < most_seconds; ++done) {
-    // After any number of tiles they are evenly spread.
+    // Multiples of the golden ratio keep the tiles evenly spread after any number of them.
     const double share = std::fmod((done + 0.5) * std::numbers::phi, 1.0);
     RenderCounts counts;
     renderer.count_field_stars(count == all ? done : static_cast<int>(share * all), counts);

@@ -205,7 +205,7 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
     const int i = sampled == 1 ? 0 : k * (count - 1) / (sampled - 1);
     const double begin = process_seconds();
     RenderParameters parameters = frame(left_[static_cast<std::size_t>(i)]);
-    // The film's tone is not known yet, and measuring a frame's own tone would take time.
+    // The film's tone is not known yet, and a measurement of the frame's own tone would take time.
     if (!parameters.image.output.tone)
       parameters.set("image", "tone", std::vector<double>(tone_numbers, 0.0));
     const RenderJob job = jobs_->make(std::move(parameters));
@@ -237,7 +237,7 @@ JobEstimate Film::estimate(int ranks, int threads, double reading) {
 
 void Film::choose_tone(const Ranks& ranks, Executor& executor) {
   const auto tone = frame_tone(*jobs_, frame(parameters_.animation.tone_frame - 1), executor);
-  // With two tones the film would flicker.
+  // A film with two tones would flicker.
   if (ranks.rank() == 0 && earlier_tone_ && *earlier_tone_ != tone) {
     throw input_error({earlier_picture_.string(), 0, 0},
                       "the film has changed since it began: image.tone was {}, is {} (of frame {}, "

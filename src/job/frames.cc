@@ -50,11 +50,11 @@ RenderJob FrameJobs::make(RenderParameters parameters) {
   const Ranks alone;
   measure(alone);
   RenderJob job = make_job(std::move(parameters), catalogue_, resources_, library_, list_.content);
-  // Later frames may look closer at a galaxy that no camera saw before.
+  // Galaxies are measured for all footprints, since later frames may be nearer.
   job.pending.footprints.clear();
-  // Frames are made by one rank or by all at the same time.
+  // Each rank completes the job alone, whether one rank or all make the frame.
   complete(job, alone, 1);
-  // The frame before has recorded its own rows.
+  // The previous frame has recorded its own rows.
   if (columns_) resources_.add(*columns_);
   return recorded(std::move(job), list_.label, resources_);
 }

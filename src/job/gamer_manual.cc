@@ -32,7 +32,7 @@ std::vector<std::string> keys() {
   return words;
 }
 
-/// What stands in the place of a value, with the values that are known.
+/// The placeholder of an option's value, with the known values.
 ManualValue value_of(const CLI::Option& option) {
   std::string name = option.get_type_name();
   ManualValue value;

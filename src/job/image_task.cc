@@ -40,7 +40,7 @@ std::string truth_text(const JobOptions& options) {
   return options.truth_table.empty() ? "in the image" : "in " + options.truth_table.string();
 }
 
-/// Counts rows that are computed now, or that come from the journal.
+/// Counts rows as computed now or as taken from the journal.
 void add(int done, const JournaledExecutor& executor, Progress& progress) {
   if (executor.is_replaying()) {
     progress.skip(done);
@@ -53,8 +53,8 @@ TruthSettings truth_images(const RenderJob& job, const JobOptions& options) {
   return options.truth ? job.parameters.truth : TruthSettings();
 }
 
-/// Every rank calls it. Its time counts as set-up, so that `before`, the start of all times, moves
-/// on.
+/// The blocks of a renderer's rows; every rank calls this function. Its time counts as set-up and
+/// is therefore added to `before`, the start of all times.
 std::vector<RowRange> blocks_of(const Renderer& renderer, Executor& executor, RunTimes& before) {
   const RunTimes begin = executor.times();
   std::vector<RowRange> blocks = render_blocks(renderer, executor);
@@ -223,7 +223,7 @@ ImageTask::ImageTask(RenderJob job, JobOptions options, int ranks, int threads,
   check_row_memory(header_, header_.planes() + truth_header_.planes(), ranks, threads);
 }
 
-/// Makes the job the one that the journal belongs to.
+/// Continues the journal's job, after a check that it is this job.
 void ImageTask::go_on(std::unique_ptr<Journal> journal) {
   check_same_job(journal->head(), make_journal_head(job_, truth_text(options_)),
                  journal->path().string());
@@ -259,7 +259,7 @@ JournalPlan ImageTask::journal_plan() const {
 
 void ImageTask::begin() {
   const fs::path path = journal_path(job_.parameters.image.output);
-  // A kill at the moment when the journal began leaves it ahead of all other files.
+  // A process killed while it began its journal may have left unfinished files beside it.
   if (!is_stream()) PrivateFolder::remove_left_behind(path);
   if (!journal_) {
     if (!is_stream()) Journal::discard(path);
@@ -284,7 +284,7 @@ std::vector<fs::path> ImageTask::files() const {
   return result_files(job_.parameters, options_, header_, truth_header_);
 }
 
-/// The image's writer, and that of the truth images where there are.
+/// The writer of the image and, if the job has truth images, of these.
 std::unique_ptr<ImageWriter> ImageTask::make_writer() const {
   auto image =
       make_image_writer(toned_output(job_.parameters.image.output, job_.parameters), header_);

@@ -122,7 +122,7 @@ std::vector<Card> calibration_cards(const SpectralPlane& plane, const RenderJob&
   return cards;
 }
 
-/// Adds the card of that key where all planes have the same.
+/// Adds the card of that key where all planes have equal values.
 void append_common_card(ImageHeader& header, const std::string& key) {
   const Card* common = nullptr;
   for (const std::vector<Card>& cards : header.plane_cards) {
@@ -134,7 +134,7 @@ void append_common_card(ImageHeader& header, const std::string& key) {
   if (common != nullptr) header.cards.push_back(*common);
 }
 
-/// The keys of the catalogue's columns do not go with the list that the record holds.
+/// Resets the keys of [catalogue], which do not apply to the list in the record.
 void forget_columns(RenderParameters& parameters) {
   std::vector<RenderParameters::Setting> settings = {{"catalogue", "hdu", std::monostate()},
                                                      {"catalogue", "format", std::string("list")},
@@ -145,8 +145,8 @@ void forget_columns(RenderParameters& parameters) {
   parameters.set(settings);
 }
 
-/// The footprints of a job's image, and of the stamps on which galaxies are measured, by galaxy.
-/// In a film they are all, since cameras of other frames may be nearer.
+/// The footprints of a job's image, and of the stamps on which galaxies are measured, by galaxy. In
+/// a film all footprints count, since cameras of other frames may be nearer.
 std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
                                                              const RenderParameters& parameters,
                                                              const Camera& camera, bool is_draft) {

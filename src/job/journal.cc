@@ -164,7 +164,7 @@ JournalHead unpack_head(std::string_view packed) {
   return head;
 }
 
-/// A file is no journal.
+/// The error of a file that is no journal.
 class NoJournal : public InputError {
  public:
   explicit NoJournal(const std::filesystem::path& path,
@@ -218,7 +218,7 @@ bool has_name(int descriptor, const std::filesystem::path& path) {
 
 /// The opened file; -1 when there is none.
 int open_file(const std::filesystem::path& path) {
-  // A pipe's writer is not waited for.
+  // O_NONBLOCK: the call does not wait for a pipe's writer.
   const int descriptor =
       ::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOCTTY | O_NOFOLLOW);
   if (descriptor < 0) {
@@ -244,7 +244,7 @@ int open_to_read(const std::filesystem::path& path) {
                    "removes it when it is done");
 }
 
-/// Whether a process holds the lock. It is asked for by a shared lock that is given back at once.
+/// Whether a process holds the lock, found by a shared lock that is released at once.
 bool is_locked(int descriptor) {
   if (flock(descriptor, LOCK_SH | LOCK_NB) != 0) return errno == EWOULDBLOCK;
   flock(descriptor, LOCK_UN);
@@ -272,7 +272,7 @@ int open_locked(const std::filesystem::path& path) {
   return descriptor;
 }
 
-/// Forces the names in the file's folder to disk, which a crash of the machine would undo.
+/// Forces the names in the file's folder to disk, so that they survive a crash of the machine.
 void sync_folder(const std::filesystem::path& path) {
   const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
   const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);

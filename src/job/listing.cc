@@ -19,7 +19,7 @@
 namespace gamer {
 namespace {
 
-/// One table with what stands above it.
+/// A table with its heading.
 struct Group {
   std::string kind;
   std::string title;
@@ -61,7 +61,7 @@ std::string group_text(const Group& group, bool markdown) {
   return fmt::format("{}: {}\n\n{}", group.title, group.description, terminal_table(group.table));
 }
 
-/// Names with what they mean, a line each.
+/// Names with their meanings, a line each.
 std::string lines_of(const std::vector<std::pair<std::string, std::string>>& rows) {
   std::size_t width = 0;
   for (const auto& [name, meaning] : rows) width = std::max(width, name.size());
@@ -72,7 +72,7 @@ std::string lines_of(const std::vector<std::pair<std::string, std::string>>& row
   return result;
 }
 
-/// Rows of all data of a kind; `describe` says what one is.
+/// Rows of all data of a kind; `describe` gives the description of one.
 template <typename Describe>
 std::string list_data(Resources& resources, const std::string& kind,
                       const std::vector<std::string>& suffixes,
@@ -90,7 +90,7 @@ std::string list_data(Resources& resources, const std::string& kind,
   return lines_of(rows);
 }
 
-/// What the [galaxy] of a galaxy file says of it.
+/// The description in [galaxy] of a galaxy file.
 std::string description_of(const Resources::Text& text) {
   const ConfigNode root = parse_toml(text.content, text.label);
   const ConfigNode* galaxy = root.find("galaxy");

@@ -10,7 +10,7 @@
 
 namespace gamer {
 
-// The parameters of a request: its file, and what the request changes in it.
+// The parameters of a request: its file with the request's changes.
 
 namespace {
 
@@ -32,7 +32,7 @@ void make_preview(RenderParameters& parameters) {
   const auto reduced = [](int size) {
     return static_cast<double>((size + preview_reduction - 1) / preview_reduction);
   };
-  // The WCS of another image has no version at a quarter of the size.
+  // The WCS of a FITS header cannot be reduced to a quarter of the size.
   if (parameters.camera.header.empty()) {
     const double width = reduced(parameters.width);
     if (parameters.camera.projection == Projection::sky) {
@@ -127,8 +127,8 @@ void set_stamps(ConfigNode& root) {
   set_from_text(root, "image.layout=\"stamps\"", "--stamps sets ");
 }
 
-/// Throws InputError where the image of a region of the sky is to be made again with another one:
-/// its record may lack objects.
+/// Throws InputError where an image of a region of the sky is made again with another region, for
+/// which the record may lack objects.
 void check_recorded_region(const JobRequest& request, const ConfigNode& recorded,
                            const RenderParameters& parameters) {
   // The records of other views hold all objects.

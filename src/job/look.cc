@@ -40,7 +40,7 @@ bool chooses_planes(const std::vector<std::string>& settings) {
 
 /// The scene list of a galaxy with this inclination and position angle for the camera of `view`.
 /// The axis is in scene coordinates, so that a moved camera sees the galaxy from another side. The
-/// line of nodes is at `position_angle` from +y, that is, a right angle more from +x.
+/// line of nodes is at `position_angle` from +y, a right angle more than that from +x.
 std::string scene_list(const Look& look) {
   const double tilt = look.inclination * degree, angle = look.position_angle * degree;
   return fmt::format("galaxy,x,y,z,ox,oy,oz,pa\n\"{}\",0,0,0,{},{},{},{}\n", look.galaxy,

@@ -21,7 +21,8 @@ constexpr std::size_t galaxies_at_a_time = 4;
 /// Galaxies whose numbers are held at one time.
 constexpr std::size_t most_together = 1024;
 
-/// The cache takes the parts of all galaxies of a job that has no more, and else of references.
+/// The cache takes the parts of all galaxies of a job of at most this many; of larger jobs it takes
+/// only those of references.
 constexpr std::size_t most_cached = CalibrationCache::most_files / 4;
 
 /// References of galaxies that lack closures, in the galaxies' order, each with the footprints of
@@ -49,8 +50,8 @@ std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
   return result;
 }
 
-/// Blocks of parts. Ranks take several parts at a time, fewer towards the end; a block's numbers
-/// are held twice.
+/// Blocks of parts. Ranks take several parts at a time, fewer towards the end, since a block's
+/// numbers are held twice.
 std::vector<RowRange> part_blocks(int parts, const Ranks& ranks) {
   constexpr int most = 1024;
   const int shares = ranks.size() > 1 ? 4 * ranks.size() : 1;
@@ -98,7 +99,7 @@ class Measurement {
   void measure(GalaxyStatistics::Round round);
   /// Gives the cache the parts that it did not hold.
   void keep() const;
-  /// GalaxyStatistics::measure(), unless the part is known.
+  /// Calls GalaxyStatistics::measure() unless the part is known.
   void measure_part(Subject& subject, GalaxyStatistics::Round round, std::size_t part,
                     std::span<double> numbers);
   void take(GalaxyStatistics::Round round, const Row& row, std::span<const double> numbers);
@@ -185,7 +186,7 @@ void Measurement::measure(GalaxyStatistics::Round round) {
     parallel_for(runs.size(), measure_run, galaxies_at_a_time);
   };
   std::vector<double> all;
-  // All ranks agree: parts follow from what all have taken.
+  // Parts are equal on all ranks, since they follow from the parts that all have taken.
   if (!rows.empty()) all = ranks_.compute_together(blocks, numbers, 1, measure_block);
   if (all.size() != rows.size() * numbers) {
     throw std::logic_error("ranks do not measure the same galaxies");

@@ -15,10 +15,10 @@ namespace gamer {
 namespace {
 
 constexpr std::string_view program = "gamer: ";
-/// Text of an object before the time.
+/// The text of a JSON object before the time.
 constexpr std::string_view object_start = R"({"time":")";
 
-/// An object without its closing brace.
+/// A JSON object without its closing brace.
 std::string object_of(const std::string& time, const std::string& level, const std::string& text) {
   return fmt::format(R"({}{}","level":"{}","text":{})", object_start, time, level,
                      json_string(printable(text)));

@@ -117,7 +117,7 @@ void Progress::show() {
     shown = fmt::format("\r[{}] {}\x1b[K", bar, line);
     drawn_ = true;
   }
-  // A job goes on when nobody reads its messages.
+  // Errors are ignored: a job goes on when nobody reads its messages.
   std::fputs(shown.c_str(), stream_);
   std::fflush(stream_);
 }

@@ -18,7 +18,7 @@ constexpr double mebibyte = 1024.0 * 1024.0;
 struct Line {
   int threads = 0;
   double wall = 0;
-  double available = 0;  ///< of the threads; what follows is its parts
+  double available = 0;  ///< time of all threads, of which the following are parts
   double set_up = 0, compute = 0, waiting = 0;
   double writing = 0;
   RenderCounts counts, layer_counts;
@@ -56,7 +56,7 @@ std::string text_of(const Line& line, const std::string& name) {
       static_cast<double>(line.peak_memory) / mebibyte);
 }
 
-/// The work of counts per pixel.
+/// The counted work per pixel.
 std::string work_text(const RenderCounts& counts, double pixels) {
   return fmt::format("{:.2f} rays, {:.1f} samples, {:.1f} noise evaluations",
                      ratio(static_cast<double>(counts.rays), pixels),

@@ -108,7 +108,8 @@ void fail_where_different(const std::vector<std::string>& differences, const std
                     fmt::join(differences, "; "));
 }
 
-/// A checksum that tells builds of one version apart; empty where the program cannot read itself.
+/// A checksum that distinguishes builds of one version; empty where the program cannot read its own
+/// file.
 std::string build_text() {
   std::ifstream program("/proc/self/exe", std::ios::binary);
   std::vector<char> bytes(std::size_t{1} << 16);

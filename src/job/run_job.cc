@@ -127,7 +127,7 @@ Task prepare_film(const RunOptions& options, const MessageLog& log, const Render
 }
 
 void warn_of(const RunOptions& options, const MessageLog& log, const RenderJob& job) {
-  // A preview has one ray a pixel, since nobody measures on it.
+  // Previews have one ray per pixel and are not measured, so that they need no warnings.
   if (log.is_quiet() || options.request.preview) return;
   for (const std::string& text : job_warnings(job)) log.warning(text);
 }
@@ -180,7 +180,7 @@ std::string pack_for_ranks(Record record) {
   return pack_record(record);
 }
 
-/// Makes later signals say how the job can be continued.
+/// Makes later signals print how the job can be continued.
 void announce(const MessageLog& log, const ImageTask& work) {
   if (work.journal() == nullptr) return;
   const std::string hint = work.resume_hint();
@@ -294,7 +294,7 @@ void run_job(const Ranks& ranks, const RunOptions& options, MessageLog& log) {
   Task task;
   if (ranks.rank() == 0) task = prepare(options, log, ranks.size(), threads, std::move(earlier));
   std::string film = ranks.broadcast(task.film ? task.film->pack() : "");
-  // A process alone need not send the record.
+  // A single process need not send the record.
   const RenderJob* const job = task.work     ? &task.work->job()
                                : task.stamps ? &task.stamps->job()
                                              : nullptr;

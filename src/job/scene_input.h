@@ -18,8 +18,8 @@ const std::filesystem::path& source_of(const JobRequest& request,
 const Resources::Text& read_named_file(Resources& resources, const std::string& name,
                                        const std::filesystem::path& path);
 
-/// The request's catalogue, from a file, from standard input ("-") or from the record. Its format
-/// is told by the content. A text's catalogue is a view into the resources. Throws InputError.
+/// The request's catalogue, from a file, from standard input ("-") or from the record. The content
+/// decides the format. A text's catalogue is a view into the resources. Throws InputError.
 Catalogue read_catalogue(const JobRequest& request, const RenderParameters& parameters,
                          Resources& resources);
 

@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Records the galaxies of the input where the scene looks for them first: beside its label.
+/// Records the galaxies of the input beside its label, where the scene looks first.
 void add_galaxies(const RenderInput& input, const std::string& label, Resources& resources) {
   for (const auto& [name, text] : input.galaxies) {
     if (name.find('/') != std::string::npos) {
@@ -124,7 +124,7 @@ class RenderInProgress {
     rendering_.truth_images = Image(width, height, renderer.planes() - planes);
     tell(Stage::rows, 0, height);
     std::vector<RowRange> blocks = render_blocks(renderer, executor_);
-    // Whoever looks at finished rows wants them soon. Ranks of a team agree on the blocks.
+    // Small blocks show finished rows soon. In a team all ranks must have equal blocks.
     if (control_.finished && !control_.team)
       blocks = from_middle(blocks, height, Renderer::tile_rows);
     std::mutex mutex;

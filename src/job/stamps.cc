@@ -28,7 +28,7 @@ double reach_of(const PlacedGalaxy& placed, const RenderJob& job) {
   return stamps.extent * radius / job.camera.distance(placed.centre);
 }
 
-/// Pixels on a side of a stamp that reaches so far from its middle pixel.
+/// Pixels on a side of a stamp that reaches `reach` pixels from its middle pixel.
 int side_of(double reach, const StampSettings& stamps) {
   const double most = 0.5 * (stamps.largest - 1);
   const int half = static_cast<int>(std::min(std::ceil(reach), most));
@@ -59,7 +59,7 @@ std::vector<ImageRegion> stamp_regions(const RenderJob& job) {
           "it",
           placed.object + 1, placed.id.empty() ? "" : fmt::format(" ({})", placed.id));
     }
-    // The shortest side of a pixel counts.
+    // The reach counts in the shortest side of a pixel.
     const double step = camera.pixel_size(placed.centre) / camera.distance(placed.centre);
     const double reach = reach_of(placed, job) / (step * camera.pixel_aspect());
     regions[placed.object] = around(*pixel, stamps.size.value_or(side_of(reach, stamps)));
@@ -77,7 +77,7 @@ std::vector<StampHeader> name_stamps(const RenderJob& job) {
   std::vector<StampHeader> stamps(job.scene->objects);
   for (const PlacedGalaxy& placed : job.scene->galaxies) stamps[placed.object].name = placed.id;
   for (const PlacedStar& star : job.scene->stars) stamps[star.object].name = star.id;
-  // The file's tables have their names, too.
+  // The file's tables have names, too.
   std::map<std::string, int> counts = {{"SCENE", 1}, {"TRUTH", 1}, {"INPUTS", 1}};
   for (std::size_t stamp = 0; stamp < stamps.size(); ++stamp) {
     StampHeader& stamp_header = stamps[stamp];
@@ -103,7 +103,7 @@ std::vector<StampHeader> describe_stamps(const RenderJob& job, std::span<const I
         {"ROW", static_cast<long long>(stamp + 1), "of the tables SCENE and TRUTH"},
         {"LTV1", static_cast<double>(-region.left), "x here less x in the whole image"},
         {"LTV2", static_cast<double>(-region.bottom), "y here less y in the whole image"}};
-    // A cube has numbered ones besides.
+    // These cards without a number hold for all planes; a cube also has numbered ones.
     for (const Card& card : header.cards) {
       if (card.key == "MAGZERO" || card.key == "PHOTZP") stamp_header.cards.push_back(card);
     }
@@ -160,8 +160,8 @@ std::size_t stamp_piece(std::span<const std::size_t> values, std::uint64_t most)
 }
 
 void StampRenderer::run(Executor& executor, const Take& take, RankReport& report) const {
-  // A row of the executor is a piece of a stamp, so that stamps may differ in size. Stamps begin at
-  // whole pieces.
+  // A row of the executor is a piece of a stamp, so that stamps may differ in size. Each stamp
+  // begins a new piece.
   std::vector<std::size_t> sizes;
   for (std::size_t stamp = 0; stamp < size(); ++stamp) sizes.push_back(values(stamp) + 1);
   const std::size_t piece = stamp_piece(sizes, std::numeric_limits<int>::max());

@@ -242,7 +242,7 @@ void check_star_table(const RenderJob& job) {
   if (parameters.image.output.layout == ImageLayout::stamps) {
     fail("stamps have no table of stars; give image.layout another value");
   }
-  // Galaxies that do not touch the image are left out, as in frames of a film.
+  // A scene without the galaxies outside the image, such as a film's frame, may have no star field.
   const bool is_whole = job.scene->objects == job.scene->rows;
   if (is_whole && !has_star_field(*job.scene)) {
     fail(

@@ -13,7 +13,8 @@
 namespace gamer {
 namespace {
 
-// The sampled pixels are runs of neighbours in some rows. From neighbours the tone takes the noise.
+// The sampled pixels are runs of neighbours in some rows. The tone takes the noise from differences
+// of neighbours.
 constexpr int most_rows = 96, most_runs = 24, run_length = 4, most_centres = 16;
 /// Share of an image's pixels that may be brighter than its white, as in automatic_tone().
 constexpr double white_share = 1e-4;

@@ -19,7 +19,7 @@ std::string line(const std::string& name, const std::string& value) {
   return fmt::format("  {:<8} {}\n", name, printable(value));
 }
 
-/// "128 of 512 finished (25 %)". A damaged journal may hold more than all.
+/// "128 of 512 finished (25 %)". A damaged journal may hold more rows than there are.
 std::string share_text(int done, int all) {
   const int known = std::min(done, all);
   const int percent = all > 0 ? static_cast<int>(100LL * known / all) : 100;
@@ -32,7 +32,7 @@ std::string program_line(const std::string& then, const std::string& now) {
       then == now ? then : fmt::format("{}; this is {}, which cannot go on with it", then, now));
 }
 
-/// The command, from the present folder.
+/// The command that continues the job from the current folder.
 std::string command_text(const JournalPlan& plan) {
   std::error_code error;
   if (plan.folder.empty() || fs::path(plan.folder) == fs::current_path(error)) return plan.command;

@@ -13,12 +13,12 @@
 namespace gamer {
 namespace {
 
-/// Wavelengths that would be ultraviolet as Angstrom and are optical as nanometres.
+/// Wavelengths below this are ultraviolet in Angstrom, but optical in nanometres.
 constexpr double likely_nanometres = 1500;
 /// Largest number of rays that look for galaxies, and of tests of a ray with a galaxy.
 constexpr double most_rays = 65536, most_tests = 1e8;
 
-/// Whether a unit of light of some component is seen in some plane.
+/// Whether light of some component is seen in some plane.
 struct Lamps {
   bool are_there = false;
   bool are_seen = false;

@@ -25,8 +25,8 @@ class CellKernel {
     const hn::RebindToUnsigned<D> du;
     const hn::RebindToSigned<D> di;
     const CornerWords<D> words = lattice.Corners(d, Cell<D>(d, x), Cell<D>(d, y), Cell<D>(d, z));
-    // The noise is the cell's number alone. One lattice point for each value is cheap, so that its
-    // hash may be a thorough one, of which every bit is good.
+    // The noise is the number of the cell that holds the point. One lattice point per value leaves
+    // time for a hash whose bits are all good.
     VU hash = Mix32(du, hn::Xor(Mix32(du, words.a[0]), words.b[0][0]));
     hash = Mix32(du, hn::Xor(hash, words.c[0]));
     Value<V, components> value;

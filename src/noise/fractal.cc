@@ -470,7 +470,8 @@ void FractalNoise::take_octaves(std::span<const WeightedBatch> cloud) {
 double FractalNoise::measured_sharpness() const {
   using Kind = Combination::Kind;
   // A power alpha narrows Gaussian peaks by sqrt(alpha); the inverse has ridges where |v| < floor.
-  // A product is about exp(r s), r^2 the variance of its logarithm: at s = 2, as narrow as s^(2 r).
+  // A product is about exp(r s), r^2 the variance of its logarithm. At s = 2 it is as narrow as
+  // s^(2 r).
   if (parameters_.combination.kind == Kind::ridged) return crease_sharpness;
   if (is_density()) return std::sqrt(std::max(2 * std::sqrt(log_variance_), 1.0));
   double narrowing = std::sqrt(std::max(std::abs(parameters_.exponent), 1.0));

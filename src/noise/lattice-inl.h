@@ -369,8 +369,8 @@ class IdentifiedLattice {
   LatticeWrap wrap_{};
 };
 
-/// An octave's weight, weight scale (for a kernel's values P / scale) and scale, and whether
-/// |weight P| can exceed 1.
+/// An octave's weight, `scaled_weight` = weight times scale for a kernel's values P / scale, the
+/// scale, and whether |weight P| can exceed 1.
 struct OctaveScales {
   float weight, scaled_weight, scale;
   bool exceeds;

@@ -60,7 +60,7 @@ constexpr LatticeSeed from_cell_origin(LatticeSeed seed) {
           seed.z - cell_origin_bits * lattice_pz};
 }
 
-/// How points may be identified: not at all, by translations or periods in x, or in any way.
+/// The identifications of points that a lattice allows: none, translations or periods in x, or any.
 enum class Lattices { open, helical, cyclic };
 
 /// Octaves, and the simplest identification that serves all of their lattices.

@@ -52,7 +52,7 @@ class PerlinKernel {
   }
 
  private:
-  /// Distances from both ends of an edge along x, and how they mix.
+  /// Distances from both ends of an edge along x, and the share of the second.
   struct Ends {
     V first, second, share;
   };

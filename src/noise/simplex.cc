@@ -98,7 +98,7 @@ class SimplexKernel {
 #endif
   }
 
-  /// Adds what the lattice point at distance (x, y, z) contributes.
+  /// Adds the contribution of the lattice point at distance (x, y, z).
   template <int components>
   static HWY_INLINE void Corner(D d, VU a, VU b, VU c, V x, V y, V z, Value<V, components>& total) {
     const PointHash<D, components> hash(d, hn::Xor3(a, b, c), hn::Add(a, b));

@@ -28,7 +28,7 @@ Cores ratio(double quota, double period) {
   return std::nullopt;
 }
 
-/// The quota that stands in one control group's folder.
+/// The quota in the folder of one control group.
 Cores quota_of(const fs::path& folder) {
   double quota = 0;
   double period = 0;
@@ -62,8 +62,8 @@ bool lists_cpu(std::string_view controllers) {
 }
 
 int affinity_cores() {
-  // The kernel refuses a mask smaller than its own, whose size it does not tell: double until it
-  // fits.
+  // The kernel refuses masks smaller than its own, and does not tell that size; the mask is doubled
+  // until it fits.
   constexpr std::size_t largest_mask = 1 << 20;
   for (std::size_t cpus = CPU_SETSIZE; cpus <= largest_mask; cpus *= 2) {
     std::vector<cpu_set_t> mask(cpus / CPU_SETSIZE);

@@ -14,8 +14,8 @@
 namespace gamer {
 namespace {
 
-// A round ends with a meeting. More rounds tell of progress more often; rounds of many blocks
-// divide the work more evenly.
+// A round ends with a meeting. More rounds report progress more often; longer rounds divide the
+// work more evenly.
 constexpr std::size_t most_rounds = 10;
 constexpr std::size_t least_blocks_per_worker = 8;
 
@@ -25,7 +25,7 @@ std::size_t rows_of(std::span<const RowRange> blocks) {
   return rows;
 }
 
-/// A number that differs, but for chance, where blocks or values differ.
+/// A hash of the blocks and of the number of values per row.
 std::uint64_t fingerprint(std::span<const RowRange> blocks, std::size_t values_per_row) {
   std::uint64_t result = values_per_row;
   const auto mix = [&](std::uint64_t number) {

@@ -77,8 +77,7 @@ std::optional<FinishedBlock> WorkerPool::take() {
 
 std::optional<FinishedBlock> WorkerPool::take_for(std::chrono::microseconds timeout) {
   std::unique_lock lock(mutex_);
-  // A pool that has ended would return at once, and its caller would burn a core: wait all the
-  // same.
+  // The wait also serves a pool that has ended: a return at once would let its caller burn a core.
   result_or_end_.wait_for(lock, timeout, [this] { return !results_.empty(); });
   return take_first();
 }

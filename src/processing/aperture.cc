@@ -105,7 +105,8 @@ class Section final : public Plane {
 /// Pixels of the box around an ellipse; nothing where the box misses the plane.
 std::optional<Area> box(const Plane& plane, const Ellipses& ellipses, double radius) {
   const auto side = [](double center, double half, int size) {
-    // Pixels reach half a pixel beyond their centres; the limits keep the numbers in int's range.
+    // Pixels reach half a pixel beyond their centres; the limits keep the numbers in the range of
+    // int.
     const double limit = size;
     const double low = std::clamp(std::floor(center - half + 0.5), 0.0, limit);
     const double high = std::clamp(std::ceil(center + half - 0.5), -1.0, limit - 1);
@@ -132,7 +133,8 @@ void for_each_pixel(const Plane& plane, const Ellipses& ellipses, double radius,
   });
 }
 
-/// Sums made row by row, so that errors do not grow with the number of pixels.
+/// Sums over rows of sums over pixels, so that rounding errors grow little with the number of
+/// pixels.
 template <std::size_t n>
 struct RowSums {
   std::array<double, n> row{}, total{};
@@ -255,8 +257,8 @@ std::vector<ApertureSum> aperture_sums(const Plane& plane, const Ellipses& ellip
   if (radii.empty()) return results;
   std::vector<double> sorted(radii.begin(), radii.end());
   std::ranges::sort(sorted);
-  // A pixel counts in full at the smallest ellipse that contains it, and in part at those that cut
-  // it.
+  // A pixel is counted in full for the smallest ellipse that contains it, and in part for each
+  // ellipse that cuts it.
   struct Counts {
     double flux = 0, area = 0;
   };

@@ -11,10 +11,10 @@
 
 namespace gamer {
 
-/// Concentric, similar ellipses on a plane of pixels. Pixel (x, y), counted from 0, is the square
-/// of side 1 around (x, y). For an offset d from the centre, (u, v) = A d has u along the major and
-/// v along the minor axis. A stretches v so that u^2 + v^2 = r^2 is the ellipse of semi-major axis
-/// r.
+/// Concentric ellipses of one axis ratio and angle on a plane of pixels. Pixel (x, y), counted from
+/// 0, is the square of side 1 around (x, y). For an offset d from the centre, (u, v) = A d has u
+/// along the major and v along the minor axis. A stretches v so that u^2 + v^2 = r^2 is the ellipse
+/// of semi-major axis r.
 class Ellipses {
  public:
   /// Ellipses with semi-major axes in pixels; `angle` of the major axis in rad from +x towards +y.
@@ -35,8 +35,8 @@ class Ellipses {
   /// Half-width of the square box around the ellipse, pixels.
   double half_width(double radius) const;
   double half_height(double radius) const;
-  /// Fraction of a pixel's area within the ellipse, [0, 1], to 1e-10: the exact overlap of a
-  /// parallelogram and a circle.
+  /// Fraction of a pixel's area within the ellipse, in [0, 1], from the exact overlap of a
+  /// parallelogram and a circle. The absolute error is below 1e-10.
   double overlap(int x, int y, double radius) const;
   /// Largest difference between radius() within a pixel and at its centre.
   double pixel_reach() const { return pixel_reach_; }
@@ -57,11 +57,11 @@ double position_angle_on_sky(const CelestialWcs& wcs, double x, double y, double
 double angle_on_pixels(const CelestialWcs& wcs, double x, double y, double position_angle);
 struct LightMoments;
 /// Position angle on the sky of the major axis of light with these moments on the pixels at (x, y).
-/// Where pixels are not square on the sky, it differs from that of the major axis on the pixels.
+/// Where pixels are not square on the sky, the major axis there differs from that on the pixels.
 double position_angle_on_sky(const CelestialWcs& wcs, double x, double y,
                              const LightMoments& light);
 
-/// Light within one ellipse. Pixels that are not finite are missing and add nothing.
+/// The light within one ellipse. Pixels that are not finite are missing and add nothing.
 struct ApertureSum {
   double flux = 0;           ///< sum of (v - background) * overlap
   double area = 0;           ///< covered area without missing pixels, pixels
@@ -116,9 +116,9 @@ Ellipses recentered(const Plane& plane, const Ellipses& ellipses, double radius,
 /// LightMoments weighted with the Gaussian ellipse that they describe (Bernstein & Jarvis 2002, AJ
 /// 123, 583, section 3.1): w = exp(-d M^-1 d / 2), M = 2 sum(w v d d) / sum(w v), about the
 /// centroid sum(w v d) = 0. The iteration starts from a circle of `sigma` pixels at the centre of
-/// `ellipses` and ends when M changes by less than 1e-9. Pixels beyond 6 sigma or the ellipse of
-/// `radius` do not count. `flux` is the Gaussian's, 2 sum(w v). The result is empty if 200 steps do
-/// not converge.
+/// `ellipses` and ends when M changes by less than 1e-9. Pixels beyond 6 sigma or beyond the
+/// ellipse of semi-major axis `radius` do not count. `flux` is that of the Gaussian, 2 sum(w v).
+/// The result is empty if 200 steps do not converge.
 std::optional<LightMoments> adaptive_moments(const Plane& plane, const Ellipses& ellipses,
                                              double radius, double sigma, double background,
                                              int threads);

@@ -38,7 +38,7 @@ class CombinedPlane final : public Plane {
   }
 
  private:
-  /// Counts present pixels and replaces the missing ones by 0.
+  /// Adds the present pixels to the counts `there`, and copies the values with 0 for missing ones.
   static void count_there(const std::vector<double>& values, std::vector<double>& filled,
                           std::vector<int>& there) {
     for (std::size_t i = 0; i < values.size(); ++i) {

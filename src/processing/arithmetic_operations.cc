@@ -115,7 +115,7 @@ int combine_files(const OperationCall& call, Combination combination) {
     drop_calibration(header, planes);
     header.set("BUNIT", product_unit(factors));
   };
-  // The variance of a sum is the sum of the variances for any signs. Exact operands have no
+  // The variance of a sum or difference is the sum of the variances. Exact operands have no
   // variance.
   VarianceChange variance;
   variance.change = [&](const PlaneTask& task) {

@@ -55,7 +55,8 @@ void add_row(const Image& image, const Ellipses& circle, double radius, int row,
   const double whole_x = std::floor(2 * circle.x()), whole_y = std::floor(2 * circle.y());
   const auto weights_x = turned_weights(2 * circle.x() - whole_x);
   const auto weights_y = turned_weights(2 * circle.y() - whole_y);
-  // A pixel at p meets the turned coordinate 2 x - p. The rows are joined first.
+  // The pixel at p is compared with the image at 2 x - p, x the centre. Rows are interpolated
+  // first.
   const int first = static_cast<int>(whole_x) - right - 1;
   std::vector<double> line(static_cast<std::size_t>(right - left) + 4);
   for (std::size_t k = 0; k < weights_y.size(); ++k) {
@@ -120,7 +121,7 @@ Asymmetry least_asymmetry(const Image& image, double x, double y, double radius,
     return place->second;
   };
   Asymmetry best = at(x, y);
-  // Steps are powers of two, so that places come out equal and are computed once.
+  // Steps are powers of two, so that the places of different steps coincide and are computed once.
   const int first = static_cast<int>(std::floor(std::log2(radius * first_share)));
   for (int power = std::max(first, last_power); power >= last_power; --power) {
     const double step = std::exp2(power);

@@ -10,12 +10,12 @@ namespace gamer {
 /// Asymmetry A (Conselice, Bershady & Jangren 2000, ApJ 529, 886) about (x, y), counted from 0:
 ///   A = (sum |I - I180| - n <|B - B180|>) / sum |I|
 /// over a circle of n pixels, with exact fractions of pixels at its edge. I180 is the image turned
-/// by 180 degrees, interpolated by cubic convolution. The term of the noise uses the sub-pixel
+/// by 180 degrees, interpolated by cubic convolution. The noise term is computed for the sub-pixel
 /// fractions of I180, since interpolation smooths noise. There is no factor 1/2: A lies in [0, 2].
 struct Asymmetry {
   double x = 0, y = 0;
   double value = 0;
-  double sky_term = 0;  ///< the noise's term, which is subtracted
+  double sky_term = 0;  ///< the noise term, which is subtracted
 };
 
 Asymmetry asymmetry_about(const Image& image, double x, double y, double radius,

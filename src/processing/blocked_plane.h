@@ -7,8 +7,8 @@
 
 namespace gamer {
 
-/// A plane that is read in square blocks of `side` pixels, for changes whose rows need many rows of
-/// the source. Square blocks need the fewest pixels of the source.
+/// A plane that is read in square blocks of `side` pixels. It serves changes in which a row needs
+/// many rows of the source. Square blocks need the fewest pixels of the source.
 class BlockedPlane : public Plane {
  public:
   Tile tile() const override { return {side_, side_}; }

@@ -19,14 +19,14 @@
 namespace gamer {
 namespace {
 
-/// Stamps of up to so many pixels are summed directly, which is quicker than two transforms.
+/// Stamps of up to this many pixels are summed directly, which is quicker than two transforms.
 constexpr int direct_pixels = 25;
 /// Least share of the stamp's sum that good pixels must have for a result.
 constexpr double least_weight = 1e-3;
 /// Largest side of an automatic transform, unless the stamp needs more: 32 MiB a thread.
 constexpr int largest_chosen_transform = 2048;
 
-/// Rounding of a sum of products by transforms, relative to the sum of the factors.
+/// Rounding error of a convolution by transforms, relative to the sum of the stamp.
 template <class Real>
 inline constexpr double rounding_error = 64 * std::numeric_limits<Real>::epsilon();
 
@@ -116,7 +116,7 @@ int scaling_exponent(double largest) {
   return std::clamp(exponent, -most_exponent<Real>, most_exponent<Real>) - exponent;
 }
 
-/// Stands for "no pixel"; no pixel's number is near it.
+/// The number that stands for "no pixel", far from the number of any pixel.
 constexpr int no_source = std::numeric_limits<int>::min();
 
 /// The pixel of [0, size) that stands for x, or no_source.
@@ -374,7 +374,8 @@ auto ConvolvedPlane<Real>::make_kernel() const -> KernelPtr {
   std::fill_n(buffer.get(), transform_->reals(), Real{0});
   const double scale = 1.0 / (static_cast<double>(columns) * rows);
   // The stamp's last pixel, (w, h) from its middle, goes to (0, 0), and pixels before it to
-  // negative places. So the tile's first output pixel, whose input is at (w, h), appears at (0, 0).
+  // negative places. The tile's first output pixel, whose input is at (w, h), thus appears at (0,
+  // 0).
   for (int j = 0; j < stamp.height; ++j) {
     for (int i = 0; i < stamp.width; ++i) {
       const int y = (j + 1 - stamp.height + rows) % rows;
@@ -449,8 +450,8 @@ auto ConvolvedPlane<Real>::source_rows(const Area& input, int row, int most) con
   return result;
 }
 
-/// Puts a row of the source, read as `columns` say, into `target`. Marks of missing pixels go to
-/// row `row` of the mask.
+/// Writes a row of the source, read as the runs of `columns`, to `target`. Marks of missing pixels
+/// go to row `row` of the mask.
 template <class Real>
 void ConvolvedPlane<Real>::take_row(const Columns& columns, const double* read, double scale,
                                     int row, const Area& input, std::vector<double>& line,

@@ -7,7 +7,7 @@
 
 namespace gamer {
 
-/// Continuation of an image beyond its edges. With `zero` pixels there are 0, and light that
+/// Continuation of an image beyond its edges. With `zero` the pixels there are 0, and light that
 /// crosses an edge is lost. With `reflect` it is mirrored at the outer sides of the edge pixels
 /// (... b a | a b ...). With `wrap` it is repeated.
 enum class EdgeMode { zero, reflect, wrap };
@@ -25,9 +25,9 @@ struct ConvolutionOptions {
 /// The convolution out(x, y) = sum over (i, j) of stamp(i, j) source(x - i, y - j).
 ///
 /// *Missing pixels* are NaN and infinities; they become NaN and spread no further. Where the stamp
-/// covers missing pixels, the good pixels stand for all: out = S sum_good(stamp source) /
-/// sum_good(stamp), where S is the stamp's sum. Where sum_good(stamp) < 1e-3 S, out is NaN. Places
-/// beyond the edge (EdgeMode::zero) are no missing pixels.
+/// covers missing pixels, the good pixels are scaled up to stand for all: out = S sum_good(stamp
+/// source) / sum_good(stamp), where S is the stamp's sum. Where sum_good(stamp) < 1e-3 S, out is
+/// NaN. Places beyond the edge (EdgeMode::zero) are no missing pixels.
 ///
 /// *Method.* Stamps of up to 25 pixels are summed directly, larger ones use tiles with FFTW
 /// (overlap-save). The grid of tiles is fixed, so values depend neither on the area read nor on
@@ -40,7 +40,7 @@ struct ConvolutionOptions {
 PlanePtr convolved(PlanePtr source, Stamp stamp, const ConvolutionOptions& options = {});
 
 /// Convolves with a stamp that is made when pixels are read, and made again if other planes were
-/// convolved in between. So cubes with a large stamp per plane need memory for a few stamps only.
+/// convolved in between. Cubes with a large stamp per plane thus need memory for only a few stamps.
 /// `make` must return a stamp of `width` x `height`. Reading throws what `make` throws.
 PlanePtr convolved(PlanePtr source, int width, int height, std::function<Stamp()> make,
                    const ConvolutionOptions& options = {});

@@ -13,11 +13,11 @@ namespace gamer {
 ///     mu = (electron_rate max(v, 0) + sky_rate + dark_rate) exposure
 ///
 /// electrons, and reads N = Poisson(mu) + Normal(0, read_noise sqrt(exposures)), at most full_well
-/// for each exposure. The output is N per_electron + offset. Negative v, as from the ringing of
+/// for each exposure. The output is N per_electron + offset. Negative v, such as the ringing of
 /// kernels, count as 0. NaN stays NaN.
 ///
-/// For the sum over n pixels of a source of S electrons/s this gives the CCD equation, S/N = S t /
-/// sqrt(S t + n (B t + D t + R^2)).
+/// The sum over n pixels of a source of S electrons/s follows the CCD equation, S/N = S t / sqrt(S
+/// t + n (B t + D t + R^2)).
 struct Detector {
   double electron_rate = 1;  ///< electrons/s of a pixel of value 1
   double sky_rate = 0;       ///< electrons/s
@@ -29,7 +29,7 @@ struct Detector {
   double per_electron = 1;                                     ///< output units
   double offset = 0;                                           ///< output units
 
-  /// Mean number of electrons that are not light of the source.
+  /// Mean number of electrons of a pixel from sky and dark current.
   double background() const { return (sky_rate + dark_rate) * exposure; }
   /// Output value of a full pixel.
   double saturation() const { return full_well * exposures * per_electron + offset; }

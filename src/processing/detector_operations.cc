@@ -127,7 +127,7 @@ double NoiseOperation::exposure(const PlaneTask& task) const {
 }
 
 int NoiseOperation::exposures() const {
-  // The instrument's number goes with its own exposure time.
+  // The instrument's number of exposures holds only for its own exposure time.
   const bool is_own =
       instrument_.is_given() && !has("exposure") && !call_.parameters.is_given("exposures");
   return is_own ? instrument_.get().exposures

@@ -71,7 +71,7 @@ std::vector<Point> weighted_points(std::span<const ProfilePoint> profile) {
   return points;
 }
 
-/// The break with the least squares, of a fine grid.
+/// The break of a fine grid with the least sum of squares.
 double best_break(const std::vector<Point>& points) {
   constexpr std::size_t beside = 3;
   constexpr int steps = 1000;

@@ -27,9 +27,9 @@ struct DiskFit {
 /// Fits ln I = c - r/h, and the continuous function with slopes -1/h1 and -1/h2 on both sides of a
 /// break, by least squares. Points count by their spacing, so that each length of radius counts
 /// alike. At least three points lie on each side of the break. The criterion is n ln(rms^2) + k ln
-/// n, with two parameters more for the break (Bayesian information criterion). The fit has a break
-/// if this lowers the criterion by 10 and the slopes differ by more than 15 %. The result is empty
-/// for fewer than 8 points with light.
+/// n, with two more parameters for a break (Bayesian information criterion). The fit has a break if
+/// the break lowers the criterion by 10 and the slopes differ by more than 15 %. The result is
+/// empty for fewer than 8 points with light.
 std::optional<DiskFit> fit_disk(std::span<const ProfilePoint> profile);
 
 }  // namespace gamer

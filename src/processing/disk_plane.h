@@ -2,8 +2,8 @@
 
 namespace gamer {
 
-/// A thin disk on the pixels: its centre (from 0), inclination and the direction of its line of
-/// nodes, both in rad; `angle` runs from +x towards +y.
+/// A thin disk on the pixels: its centre (from 0), its inclination (rad) and the `angle` of its
+/// line of nodes (rad from +x towards +y).
 struct DiskPlane {
   double x = 0, y = 0;
   double inclination = 0;

@@ -145,7 +145,7 @@ FitsHeader single_header(const OperationCall& call, const StackedPlane& plane) {
   FitsHeader header = plane.header;
   header.remove_further_axes();
   for (Card card : plane.cards) {
-    // The renderer writes it with a number in any HDU.
+    // The renderer numbers WAVELENn in every HDU.
     if (card.key == "WAVELEN") card.key += "1";
     header.set(card);
   }
@@ -153,7 +153,8 @@ FitsHeader single_header(const OperationCall& call, const StackedPlane& plane) {
   return header;
 }
 
-/// Copies HDUs without pixels, except the record and the table of a third axis, which is made anew.
+/// Copies HDUs without pixels. The record is left out, and so is the table of a third axis, which
+/// is made anew.
 void copy_tables(const FitsInput& input, FitsOutput& output) {
   for (std::size_t i = 0; i < input.hdus().size(); ++i) {
     const FitsHdu& hdu = input.hdus()[i];

@@ -25,7 +25,7 @@ struct GalaxyPlane {
 };
 
 /// The planes of `input` that --planes names, in the file's order; all where it is not given.
-/// Variances are left out. Throws InputError where there is no such plane.
+/// Planes of variances are left out. Throws InputError where there is no such plane.
 std::vector<PlaneTask> chosen_planes(const OperationCall& call, const FitsInput& input);
 
 /// Reads a plane and subtracts its sky. Throws InputError for options that contradict each other, a
@@ -39,8 +39,9 @@ PlanePoint centre_of(const GalaxyPlane& galaxy, int threads);
 /// The file with the number of the plane where it has several, for messages.
 std::string plane_label(const PlaneTask& task);
 
-/// The direction of an angle (rad from +x towards +y) at (x, y), deg in [0, 180[: on the sky from
-/// North towards East, without celestial coordinates from +y towards -x.
+/// The position angle, deg in [0, 180[, of a direction on the pixels at (x, y), given as `angle`
+/// (rad from +x towards +y). It counts from North towards East, or from +y towards -x without
+/// celestial coordinates.
 double position_angle_of(const GalaxyPlane& galaxy, double x, double y, double angle);
 /// The inverse: the angle on the pixels, rad, of a position angle in deg.
 double angle_of_position(const GalaxyPlane& galaxy, double x, double y, double position_angle);

@@ -55,7 +55,7 @@ PlanePoint nucleus_of(const Plane& plane, const PlanePoint& start, int threads) 
 EllipticalLight elliptical_light(const Plane& plane, const Ellipses& start, int threads) {
   constexpr int most_steps = 20;
   constexpr double settled = 1e-4;
-  constexpr double least_axis_ratio = 0.05;  ///< of what a moment can tell
+  constexpr double least_axis_ratio = 0.05;  ///< below it moments do not tell the ratio
   EllipticalLight light{start, 1, 0, 0};
   for (int step = 0; step < most_steps; ++step) {
     light.petrosian = petrosian_radius(plane, light.ellipses,

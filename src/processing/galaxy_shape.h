@@ -41,7 +41,7 @@ struct EllipticalLight {
 };
 /// Ellipses with the centre of `start`, and the axis ratio and angle of the light's moments within
 /// the ellipse of 1.5 Petrosian radii. The measurement is repeated in the new ellipse until axis
-/// ratio and angle stay, at most 20 times. Throws what petrosian_radius() throws.
+/// ratio and angle no longer change, at most 20 times. Throws what petrosian_radius() throws.
 EllipticalLight elliptical_light(const Plane& plane, const Ellipses& start, int threads);
 
 }  // namespace gamer

@@ -12,9 +12,9 @@ enum class PixelValues {
 };
 
 /// Limit of missing input. An output pixel is missing where missing pixels have at least this share
-/// of the absolute weights of its input. Below this limit the present pixels stand for all. A
-/// missing pixel has at least a quarter of the weight in the nearest pixel of a turned image, so
-/// that no missing pixel vanishes.
+/// of the absolute weights of its input. Below this limit the present pixels are scaled up to stand
+/// for all. A missing pixel has at least a quarter of the weight in the nearest pixel of a turned
+/// image, so that no missing pixel vanishes.
 inline constexpr double missing_share = 0.25;
 
 /// Direction in which an image is mirrored.
@@ -46,7 +46,7 @@ PlanePtr pad(PlanePtr source, const Margins& margins, double fill);
 PixelMap pad_map(const Margins& margins);
 
 /// The pixels of `box`, which may reach outside the image; there they are `fill` (NaN: missing).
-/// Its map is crop_map(). Throws std::invalid_argument where the box and the image have no common
+/// The map is crop_map(). Throws std::invalid_argument where the box and the image have no common
 /// pixel.
 PlanePtr window(PlanePtr source, const Area& box, double fill);
 

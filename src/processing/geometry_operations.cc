@@ -18,7 +18,7 @@
 namespace gamer {
 namespace {
 
-/// Larger images can only be typing errors.
+/// Larger images are taken for typing errors.
 constexpr int longest_side = 1 << 18;
 constexpr double least_factor = 1e-6, most_factor = 1e4;
 constexpr double largest_scale = 1e6;  // arcsec
@@ -85,7 +85,7 @@ bool is_relative(const PlaneTask& task) {
          task.header.text("CREATOR").value_or("").starts_with("gamer ");
 }
 
-/// Flux or brightness, as --values says, else as the header says.
+/// Flux or brightness: the value of --values, else by the header.
 PixelValues values_of(const OperationCall& call, const PlaneTask& task) {
   if (call.parameters.has("values")) {
     return call.parameters.text("values") == "flux" ? PixelValues::flux : PixelValues::brightness;
@@ -217,7 +217,7 @@ class CropBoxes {
 
   double fill() const { return fill_; }
 
-  /// The box in an image of that header and size. An image without world coordinates has that of
+  /// The box in an image of that header and size. An image without world coordinates has the box of
   /// the last image of its size that has them.
   Area box(const FitsHeader& header, int width, int height, const std::string& label) {
     if (!sky_) return box_;

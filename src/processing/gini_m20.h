@@ -7,7 +7,7 @@ namespace gamer {
 /// Gini coefficient of values (Lotz, Primack & Madau 2004, AJ 128, 163): with |f_i| ascending, i
 /// from 1 to n > 1,
 ///   G = sum (2 i - n - 1) |f_i| / ((n - 1) sum |f_i|).
-/// It is 0 for equal values and 1 where one of them has all light.
+/// G is 0 for equal values and 1 where one value has all light.
 double gini(std::vector<double> values);
 
 /// A pixel of a galaxy.
@@ -17,7 +17,7 @@ struct LitPixel {
 };
 
 /// M20 (Lotz, Primack & Madau 2004): log10 of the second moment of the brightest pixels that hold
-/// 20 % of the flux over that of all. Moments are about the centroid, which makes the total least.
+/// 20 % of the flux over that of all. Moments are about the centroid, for which the total is least.
 /// The pixel that completes the 20 % counts in part. NaN where the flux is not positive.
 double m20(std::vector<LitPixel> pixels);
 

@@ -21,7 +21,7 @@
 namespace gamer {
 namespace {
 
-/// Grids count as one where no corner is farther apart, in pixels.
+/// Grids of pixels count as equal where no corner differs by more than this, in pixels.
 constexpr double most_grid_error = 0.1;
 /// Sides of pixels count as equal up to this share of a side.
 constexpr double most_side_error = 0.01;
@@ -30,10 +30,10 @@ constexpr double convolution_rounding = 1e-14;
 
 /// Zeros around a render that is shifted by a part of a pixel: the reach of the resampling.
 constexpr int shift_margin = 4;
-/// A smaller shift is none, in pixels.
+/// Smaller shifts are ignored, pixels.
 constexpr double least_shift = 1e-6;
 
-/// Place of the render on the science image: its pixels, and what they lack to the right place.
+/// Place of the render on the science image: a box of whole pixels, and the shift that remains.
 struct LightPlace {
   Area box;
   double x = 0, y = 0;  ///< remaining shift, pixels in [-0.5, 0.5]
@@ -50,7 +50,7 @@ std::optional<CelestialWcs> optional_wcs(const FitsHeader& header, const std::st
   return celestial_wcs(header, label);
 }
 
-/// What a number lacks to a multiple of `step`.
+/// The difference between a number and the next multiple of `step`.
 int to_multiple(int number, int step) {
   const int rest = number % step;
   return rest > 0 ? step - rest : -rest;
@@ -200,7 +200,8 @@ double InjectOperation::factor(const PlaneTask& science, const PlaneTask& light,
   return factor;
 }
 
-/// Checks that pixels have one size and direction on the sky where both images know it.
+/// Checks that both images' pixels have one size and direction on the sky. Images without celestial
+/// coordinates are not checked.
 void InjectOperation::check_sides(const PlaneTask& science, const PlaneTask& light,
                                   const PixelPosition& middle) const {
   if (call_.parameters.boolean("ignore_wcs")) return;
@@ -218,7 +219,8 @@ void InjectOperation::check_sides(const PlaneTask& science, const PlaneTask& lig
       light.label, science.label, difference);
 }
 
-/// The box of the render on the science image by the coordinates of both, or of one size.
+/// The place of the render on the science image by both images' coordinates. Without coordinates
+/// both must have one size.
 LightPlace InjectOperation::place_by_grids(const PlaneTask& science, const PlaneTask& light) const {
   const int width = light.plane->width(), height = light.plane->height();
   const bool is_ignored = call_.parameters.boolean("ignore_wcs");
@@ -307,7 +309,7 @@ PlacedLight InjectOperation::blurred(const PlaneTask& science, const PlaneTask& 
           {box.x - margins.left, box.y - margins.bottom, result->width(), result->height()}};
 }
 
-/// The light moved by what its pixels lack to the right place.
+/// The light moved by the remaining shift of its place.
 PlacedLight InjectOperation::shifted(const PlacedLight& light, const LightPlace& place) {
   if (std::abs(place.x) < least_shift && std::abs(place.y) < least_shift) return light;
   constexpr int margin = shift_margin;
@@ -328,7 +330,7 @@ PlanePtr InjectOperation::change(const PlaneTask& science) {
   injection.has_noise = electrons.has_value();
   if (electrons) injection.gain = electrons->value;
   const auto seed = static_cast<std::uint64_t>(call_.parameters.integer("seed"));
-  // The name differs from those of gutil noise, so that the noise of both is independent.
+  // The name differs from those of gutil noise, so that the noise of the two is independent.
   const std::string name = "inject " + light.info.label;
   injection.key = noise_key(seed, name, labels_[name]++);
   const LightPlace at = place(science, light);

@@ -32,9 +32,9 @@ std::optional<CardValue> zero_point_of(std::span<const FitsHeader> headers, int 
 /// Gain of the plane; nothing where no card has a positive number.
 std::optional<CardValue> gain_of(std::span<const FitsHeader> headers, int plane, int planes);
 
-/// Place of a small image's pixels on a large one by the world coordinates of both.
+/// The shift of a small image's pixels on a large image, by the world coordinates of both.
 struct GridShift {
-  int x = 0, y = 0;  ///< the large image's pixel, from 0, that the small one's first lies on
+  int x = 0, y = 0;  ///< pixel of the large image, from 0, under the small one's first
   double error = 0;  ///< largest offset of a corner or the middle from this shift, pixels
   double rest_x = 0, rest_y = 0;  ///< offset of the middle from this shift, pixels
   double bend = 0;                ///< largest difference between offsets of a corner and the middle
@@ -57,7 +57,7 @@ struct Injection {
   std::uint64_t key = 0;
   /// Areas with the least cost per pixel of the light; empty: those of the image.
   Plane::Tile tile;
-  /// Absolute values of the light below this count as no light.
+  /// Absolute values of the light below this count as 0.
   double least = 0;
 };
 

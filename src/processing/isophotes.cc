@@ -18,7 +18,7 @@ using Complex = std::complex<double>;
 
 constexpr double ring_share = 0.25;  ///< half-width of a ring, in steps of the semi-major axis
 
-/// What an ellipse's ring shows.
+/// The brightness on the ring about an ellipse.
 struct Ring {
   double mean = 0, sigma = 0;
   double error = 0;    ///< of the mean
@@ -60,7 +60,7 @@ Ring ring_at(const Image& image, const IsophoteOptions& options, double radius, 
   }
   ring.sigma = std::sqrt(ring.sigma / static_cast<double>(values.size()));
   ring.second /= static_cast<double>(values.size());
-  // Bilinear samples of white noise are alike over 1.5 pixels along a line.
+  // Bilinear samples of white noise are correlated over 1.5 pixels along a line.
   constexpr double correlation = 1.5;
   const double length =
       2 * std::numbers::pi * radius * std::sqrt((1 + axis_ratio * axis_ratio) / 2) * ring.present;
@@ -104,7 +104,7 @@ std::optional<EllipseShape> fitted_shape(const Image& image, const IsophoteOptio
     if (options.axis_ratio || options.angle) {
       shape = shape_of(options.axis_ratio.value_or(shape.axis_ratio()),
                        options.angle.value_or(shape.angle()));
-      // With one of the two given, the other moves by its own part of the change alone.
+      // Where axis ratio or angle is given, only the other one's part of the change counts.
       const double part = options.axis_ratio ? change.imag() : change.real();
       if (std::fabs(part) < settled) return shape;
       continue;

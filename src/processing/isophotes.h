@@ -13,7 +13,7 @@ struct Isophote {
   double radius = 0;  ///< semi-major axis, pixels
   double axis_ratio = 1;
   double angle = 0;        ///< of the major axis, rad from +x towards +y, [0, pi[
-  bool is_fitted = false;  ///< false where the shape is given, or is the neighbour's
+  bool is_fitted = false;  ///< false where the shape is given or taken from the neighbour
   double brightness = 0;   ///< mean on the ellipse, per pixel
   double error =
       0;  ///< of brightness: standard deviation there over the root of the length in 1.5 pixels
@@ -29,17 +29,17 @@ struct IsophoteOptions {
   int threads = 1;
 };
 
-/// Isophotes of growing semi-major axis about one centre (Jedrzejewski 1987, MNRAS 226, 747). The
+/// Isophotes of growing semi-major axis a about one centre (Jedrzejewski 1987, MNRAS 226, 747). The
 /// brightness on an ellipse,
 ///   I(E) = I0 + ... + A2 sin 2E + B2 cos 2E,
-/// E the eccentric anomaly, has no second harmonic where the ellipse is an isophote. To first order
-/// the shape g exp(2 i angle), g = (1 - q)/(1 + q), is wrong by -4 q (B2 + i A2)/(a I' (1 + q)^2)
-/// in the ellipse's own frame; the correction is repeated until it is below 1e-4. I' is the
-/// gradient along the major axis. The fit begins at the geometric middle of the range and goes
-/// outwards, then inwards, each from the shape of its neighbour. Where the gradient is not
-/// significant, or there is no convergence in 50 steps, the neighbour's shape stays. The brightness
-/// is the mean over a quarter of a step to both sides. The list ends where an ellipse leaves the
-/// image or its brightness is below its error.
+/// E the eccentric anomaly, has no second harmonic where the ellipse is an isophote. The shape is g
+/// exp(2 i angle), g = (1 - q)/(1 + q), q the axis ratio. To first order its correction is -4 q (B2
+/// + i A2)/(a I' (1 + q)^2) in the ellipse's own frame, I' the gradient along the major axis. The
+/// correction is repeated until it is below 1e-4. The fit begins at the geometric middle of the
+/// range and goes outwards, then inwards, each from the shape of its neighbour. Where the gradient
+/// is not significant, or there is no convergence in 50 steps, the neighbour's shape stays. The
+/// brightness is the mean over a quarter of a step to both sides. The list ends where an ellipse
+/// leaves the image or its brightness is below its error.
 std::vector<Isophote> isophotes(const Image& image, const IsophoteOptions& options);
 
 /// The brightness of another image on given isophotes, with error and flux.

@@ -21,7 +21,8 @@ double kernel_radius(Kernel kernel);
 double kernel_value(Kernel kernel, double x);
 
 /// Weights of the `count` whole numbers from `first` on (all within the reach) for a value at x:
-/// k((i - x)/scale) with a correction. Polynomials up to the degree n come out exactly: sum w_i (i
+/// k((i - x)/scale) with a correction. Polynomials up to the degree n are reproduced exactly: sum
+/// w_i (i
 /// - x)^m = (m == 0), m <= n. Plain Lanczos weights fail even for n = 0. The correction is a
 /// polynomial of u = (i - x)/(radius scale) times (1 - u^2)^3. By Strang & Fix 1971 the kernel's
 /// spectrum is then flat to that order at the frequencies that would change the flux of a smooth

@@ -37,7 +37,7 @@ double multimode(const Image& image, const std::vector<bool>& galaxy) {
   return largest;
 }
 
-/// The brightest of a pixel and its eight neighbours in the galaxy; of equal ones the last.
+/// The brightest of a pixel and its eight neighbours in the galaxy; the last one among equals.
 std::size_t brightest_neighbour(const Image& image, const std::vector<bool>& galaxy,
                                 std::size_t pixel) {
   const auto width = static_cast<std::size_t>(image.width());

@@ -27,10 +27,10 @@ struct Morphology {
   double axis_ratio = 1;
   double angle = 0;                  ///< of the major axis, rad from +x towards +y
   double flux = 0;                   ///< within the circle of 1.5 Petrosian radii
-  double r20 = 0, r50 = 0, r80 = 0;  ///< circles that hold these parts of `flux`, %
+  double r20 = 0, r50 = 0, r80 = 0;  ///< radii of circles that hold 20, 50 and 80 % of `flux`
   double concentration = 0;
   double asymmetry = 0;
-  double asymmetry_sky = 0;  ///< the noise's part, which is subtracted
+  double asymmetry_sky = 0;  ///< the noise term, which is subtracted
   double smoothness = 0;     ///< Conselice 2003
   double smoothness_lotz = 0;
   double gini = 0;

@@ -47,7 +47,7 @@ std::vector<double> inverted_greys(const Image& image, double scale, int width, 
   return greys;
 }
 
-/// Draws the sides between pixels of the galaxy and others.
+/// Draws the sides that pixels of the galaxy share with other pixels.
 template <class Line>
 void draw_outline(const Image& image, const std::vector<bool>& galaxy, Line line) {
   const auto inside = [&](int x, int y) {

@@ -275,7 +275,8 @@ const Operation& find_operation(std::string_view name) {
 OperationCall parse_call(const Operation& operation, std::span<const std::string> arguments) {
   const ParameterTable table = all_parameters(operation);
   const CommandLine line = read_command_line(operation, table, arguments);
-  // Read twice: with the names that users type, for messages, and with the names in the code.
+  // The values are read twice: with the names that users type, for messages, and with those of the
+  // code.
   ParameterTable options = option_table(table);
   for (Parameter& parameter : options) parameter.required = false;
   ParameterSet::read(options, config_of(table, line, true), context_of(operation) + "--", "");

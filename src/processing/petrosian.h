@@ -5,8 +5,8 @@
 
 namespace gamer {
 
-/// Petrosian's eta, the brightness at r over the mean brightness within r, that defines the
-/// Petrosian radius (Petrosian 1976, ApJ 210, L53; the value of Conselice 2003, ApJS 147, 1).
+/// The value of eta, the brightness at r over the mean brightness within r, at the Petrosian radius
+/// (Petrosian 1976, ApJ 210, L53). The value is that of Conselice 2003 (ApJS 147, 1).
 inline constexpr double petrosian_eta = 0.2;
 
 /// The smallest semi-major axis r, in pixels, at which eta(r) = I(r)/<I>(<r) falls below

@@ -214,7 +214,8 @@ class Photometry {
     });
   }
 
-  /// The inner radius of the annulus, else of the largest ellipse within the image.
+  /// The inner radius of the annulus, or without one the radius of the largest ellipse within the
+  /// image.
   double default_radius() const {
     const double inner = parameters_.has("annulus") ? parameters_.numbers("annulus").front() : 0;
     if (inner > 0) return inner;

@@ -27,7 +27,7 @@ auto plane_value(const std::string& key, int plane, int planes, Get get) {
 /// Magnitudes per factor of 10 in flux.
 constexpr double pogson = 2.5;
 
-/// Change of a calibration card when pixels become f times as large and mean the same light.
+/// Change of a calibration card when pixel values become f times as large for equal light.
 struct CalibrationCard {
   std::string_view key;
   bool is_magnitude;  ///< grows by 2.5 log10 f; otherwise

@@ -35,15 +35,15 @@ PlaneInfo plane_info(const FitsHeader& header, int plane, int planes);
 std::span<const std::string_view> plane_keys();
 
 /// Adapts a header to a change of unit, in which the pixels of plane i were multiplied by
-/// factors[i] > 0. BUNIT becomes `unit`, or is removed where that is empty. The calibration
-/// follows, numbered (KEYn) or for all planes (KEY; one for each where factors differ). MAGZERO and
-/// PHOTZP grow by 2.5 log10 f, PHOTFLAM and GAIN are divided by f, SATURATE is multiplied by f.
-/// RDNOISE, in electrons, stays.
+/// factors[i] > 0. BUNIT becomes `unit`, or is removed where that is empty. Calibration cards
+/// change accordingly, numbered (KEYn) or for all planes (KEY, which becomes one card per plane
+/// where factors differ). MAGZERO and PHOTZP grow by 2.5 log10 f, PHOTFLAM and GAIN are divided by
+/// f, SATURATE is multiplied by f. RDNOISE, in electrons, stays.
 void change_unit(FitsHeader& header, std::span<const double> factors, const std::string& unit);
 /// Adapts the header to one factor for all planes.
 void change_unit(FitsHeader& header, int planes, double factor, const std::string& unit);
 
-/// Removes BUNIT and the cards that change_unit() changes. It is for pixels that are not linear in
+/// Removes BUNIT and the cards that change_unit() changes. It serves pixels that are not linear in
 /// the light, or measure other light.
 void drop_calibration(FitsHeader& header, int planes);
 
@@ -71,8 +71,8 @@ double magnitudes_of(double flux_ratio);
 /// where the header has no celestial coordinates.
 double pixel_scale(const FitsHeader& header, const std::string& label);
 
-/// Area to which the flux of a zero point belongs where pixels have this unit: 1 for the pixel, or
-/// its arcsec^2 for a brightness. Throws InputError as pixel_scale() does.
+/// The area to which a zero point's flux belongs, by the unit of the pixels: 1 (the pixel) for a
+/// flux, the pixel's area in arcsec^2 for a brightness. Throws InputError as pixel_scale() does.
 double calibrated_area(const std::string& unit, const FitsHeader& header, const std::string& label);
 
 }  // namespace gamer

@@ -67,8 +67,8 @@ void drop_record(FitsHeader& header);
 /// Runs an operation with one output. Images of the first input go through `change` plane by plane,
 /// and their header through `edit`. HISTORY is added, and every other HDU is copied. With further
 /// inputs the record is dropped. Images of role variance go through `variance` instead. The task of
-/// a variance has the index of the plane of the preceding image to which the variance belongs. The
-/// count in all tasks leaves variances out. Throws InputError where the file has no image.
+/// a variance has the index of the plane of the preceding image to which it belongs. The counts of
+/// tasks leave variances out. Throws InputError where the file has no image.
 void change_planes(const OperationCall& call, const PlaneChange& change,
                    const HeaderChange& edit = {}, const ExtraImages& extra = {},
                    const VarianceChange& variance = {});

@@ -11,9 +11,9 @@ struct PositionTable {
   std::vector<double> x, y;  ///< NaN where the table has no value
 };
 
-/// Reads a FITS table ("cat.fits", "cat.fits[TRUTH]"), ECSV, CSV or a table with blanks between
-/// words, whose first row that is no comment names the columns. The places are columns ra dec,
-/// ALPHA_J2000 DELTA_J2000 or RAJ2000 DEJ2000 in degrees, else x y or X_IMAGE Y_IMAGE, in any case.
+/// Reads a FITS table ("cat.fits", "cat.fits[TRUTH]"), ECSV, CSV or words between blanks. In a text
+/// the first row that is no comment names the columns. The places are columns ra dec, ALPHA_J2000
+/// DELTA_J2000 or RAJ2000 DEJ2000 in degrees, or else x y or X_IMAGE Y_IMAGE. Case does not matter.
 /// Throws InputError without a context.
 PositionTable read_positions(const std::string& name);
 

@@ -46,8 +46,8 @@ struct PlaneProfile {
   std::optional<DiskFit> disk;
 };
 
-/// The disk's fit over --range, by default from half the half-light radius to that of 99 % of the
-/// outermost ellipse's light.
+/// The fit of the disk over --range. By default the range runs from half the half-light radius to
+/// the radius of 99 % of the light within the outermost ellipse.
 std::optional<DiskFit> disk_of(const OperationCall& call, const std::vector<Isophote>& isophotes) {
   if (isophotes.empty() || !(isophotes.back().flux > 0)) return std::nullopt;
   double inner = 0, outer = std::numeric_limits<double>::infinity();

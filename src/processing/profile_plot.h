@@ -18,9 +18,9 @@ struct ProfileCurve {
   double zero_point = 0;  ///< magnitude of one unit of brightness
 };
 
-/// Writes a PNG picture against the semi-major axis. It has surface brightness with the disks that
-/// were fitted, and, of the first curve, ellipticity and position angle (deg, of `angles`). `unit`
-/// is that of the magnitudes. The file is complete or absent. Throws RunError.
+/// Writes a PNG picture of profiles against the semi-major axis: surface brightness with the fitted
+/// disks, and ellipticity and position angle (deg, `angles`) of the first curve. `unit` is that of
+/// the magnitudes. The file is complete or absent. Throws RunError.
 void write_profile_plot(const std::filesystem::path& path, const std::vector<ProfileCurve>& curves,
                         const std::vector<double>& angles, const std::string& unit, bool overwrite);
 

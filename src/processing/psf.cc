@@ -45,9 +45,9 @@ struct GaussRule {
   }
 };
 
-/// Integrals of a PSF over pixels. With a band limit, one rule serves all pixels. Other PSFs use
-/// rules of 2, 3, 5 and 8 nodes a side until two successive rules nearly agree; where none agree,
-/// the square is split into four.
+/// Integrals of a PSF over pixels. With a band limit, one rule serves all pixels. For other PSFs,
+/// rules of 2, 3, 5 and 8 nodes a side follow each other until two nearly agree. Where none do, the
+/// square is split into four.
 class PixelIntegral {
  public:
   /// `band_limit` in rad per pixel, 0 for none. Below `floor` values need no relative accuracy.
@@ -63,7 +63,7 @@ class PixelIntegral {
     }
   }
 
-  /// Over the pixel whose centre is (x, y).
+  /// The integral over the pixel whose centre is (x, y).
   double operator()(double x, double y) const {
     constexpr double one_half = 0.5;
     return rules_.size() == 1 ? sum(rules_.front(), x, y, one_half) : adaptive(x, y, one_half, 0);
@@ -73,13 +73,14 @@ class PixelIntegral {
   /// Half-width, in FWHM, of the core that squares wider than the FWHM could miss.
   static constexpr double core_radius = 3;
   static constexpr int deepest = 20;
-  /// Tolerance of the difference between two rules. The error of the finer rule is much smaller. If
-  /// the error of n nodes is p^(-2 n), a difference of 1e-7 between 2 and 3 leaves 3e-11, 1e-6
-  /// between 3 and 5 leaves 1e-10, between 5 and 8 3e-10.
+  /// Tolerance of the difference between two rules. The error of the finer rule is much smaller.
+  /// Let the error of n nodes be p^(-2 n). A difference of 1e-7 between 2 and 3 nodes then leaves
+  /// an error of 3e-11. A difference of 1e-6 leaves 1e-10 between 3 and 5 nodes, and 3e-10 between
+  /// 5 and 8.
   static constexpr double tolerance_of_few = 1e-7;
   static constexpr double relative_tolerance = 1e-6;
 
-  /// Over the square of side 2 `half` around (x, y).
+  /// The integral over the square of side 2 `half` around (x, y).
   double adaptive(double x, double y, double half, int depth) const {
     // Nodes could miss a PSF that is narrower than the square.
     const bool may_hide =

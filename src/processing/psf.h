@@ -13,7 +13,7 @@ enum class PsfKind { gaussian, moffat, airy, kolmogorov };
 
 /// Shape of a PSF. Lengths are pixels. A PSF that is not round has the isophotes r^2 = q u^2 +
 /// v^2/q = const, u along the major axis. These ellipses have the area of the round PSF's circles,
-/// so the peak is equal.
+/// so that the peak is equal.
 struct PsfModel {
   PsfKind kind = PsfKind::gaussian;
   double fwhm = 2;            ///< of the round PSF of equal area, ]0, inf[

@@ -71,9 +71,9 @@ class StampFile {
 
   /// The PSF of a PSFEx file; null for other files.
   const std::shared_ptr<const VaryingPsf>& varying() const { return varying_; }
-  /// The stamp for plane `index` of `planes` planes; of a PSFEx file the stamp at the pixel `at`.
-  /// Throws InputError, which names `label`, where the file has neither one plane nor `planes`
-  /// planes, and where its pixels are no stamp.
+  /// The stamp for plane `index` of `planes` planes; from a PSFEx file, the stamp at the pixel
+  /// `at`. Throws InputError, which names `label`, for a file of neither one plane nor `planes`
+  /// planes, and for pixels that are no stamp.
   StampSource source(const PsfOptions& options, int index, int planes, const std::string& label,
                      const PixelPosition& at) const;
 

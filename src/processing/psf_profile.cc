@@ -78,7 +78,8 @@ class AiryProfile : public Psf::Profile {
     return peak_ * scale_ * scale_ * airy_intensity(scale_ * r, obscuration_);
   }
 
-  /// Closed form for the full aperture, 1 - J0^2 - J1^2; else a sum over steps of half a ring.
+  /// The closed form 1 - J0^2 - J1^2 for the full aperture; for others a sum over steps of half a
+  /// ring.
   double energy(double r) const override {
     const double x = scale_ * r;
     if (obscuration_ == 0) return 1 - (j0(x) * j0(x) + j1(x) * j1(x));
@@ -102,8 +103,8 @@ class AiryProfile : public Psf::Profile {
   double obscuration_, scale_, peak_;
 };
 
-/// The amplitude by quintic Hermite interpolation. It holds no frequency above 1, so steps of 1/16
-/// leave errors of 1e-12.
+/// The Airy pattern from a table of its amplitude, with quintic Hermite interpolation. The
+/// amplitude has no frequency above 1, so that steps of 1/16 leave errors of 1e-12.
 class AiryTable final : public AiryProfile {
  public:
   AiryTable(double obscuration, double last)

@@ -15,7 +15,8 @@ namespace gamer {
 /// (lanczos5).
 class VaryingPsf {
  public:
-  /// With `keep_flux` the PSF has the file's flux, else a flux of 1. Messages begin with `label`.
+  /// The PSF has the file's flux with `keep_flux`, otherwise a flux of 1. Messages begin with
+  /// `label`.
   VaryingPsf(const PsfexFile& file, const std::string& label, bool keep_flux);
 
   int width() const { return stamps_.front().width; }

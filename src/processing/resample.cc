@@ -171,7 +171,8 @@ class ResampledPlane final : public Plane {
         rows_(source_->height(), grid.height, grid.first_y, grid.step_y, kernel,
               values == PixelValues::brightness) {}
 
-  /// Tiles have so many rows that the overlap of two tiles, the kernel's reach, costs little.
+  /// Tiles have enough rows that the overlap of neighbouring tiles, the kernel's reach, costs
+  /// little.
   Tile tile() const override {
     constexpr int least_rows = 64;
     const Tile usual = Plane::tile();

@@ -30,9 +30,9 @@ PixelMap resample_map(const ResampleGrid& grid);
 /// The flux of the input in the pixels of another grid, along x and then along y.
 ///
 /// Let C be the running sum of a row's pixels, known at their edges. Between edges C is
-/// interpolated, C(x) = sum a_e(x) C_e, and an output pixel is C(right) - C(left). The flux of
-/// every input pixel is thus kept exactly. The a_e reproduce straight lines (sum a_e = 1, sum a_e
-/// (e - x) = 0), so an even image stays even. The a_e:
+/// interpolated, C(x) = sum a_e(x) C_e over the edges e. An output pixel is C(right) - C(left). The
+/// flux of every input pixel is thus kept exactly. The a_e reproduce straight lines (sum a_e = 1,
+/// sum a_e (e - x) = 0), so that an even image stays even. The a_e by kernel:
 ///
 /// - `area`: linear, which is the exact overlap of pixels.
 /// - `bilinear`: quadratic B-spline, the integral over the output pixel of the surface linear

@@ -10,7 +10,7 @@
 namespace gamer {
 namespace {
 
-/// The fraction of the stretch at which Astropy's F(I) equals that fraction.
+/// The fraction f for which Astropy's F(f stretch) = f.
 constexpr double bright_fraction = 0.1;
 constexpr double default_q = 8;
 /// Pixels worked on at a time: enough for whole tiles of compressed files.

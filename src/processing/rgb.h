@@ -49,8 +49,8 @@ LuptonTone choose_lupton(std::span<const PlanePtr> channels, const LuptonChoice&
 /// most Y^(1 - 1/luminance_gamma), and the luminance Y = mean of max(x_c, 0), which is not limited,
 ///   c' = max(Y + saturation (x_c - mean(x)), 0) Y^(1/luminance_gamma - 1)
 /// and the channel is c'^(1/gamma), at most 1. gamma brightens for the display, luminance_gamma the
-/// luminance alone. A saturation of 0 is grey, 1 keeps the channels, more is more colourful.
-/// STIFF's names: GAMMA, GAMMA_FAC, COLOUR_SAT.
+/// luminance alone. A saturation of 0 gives grey, 1 keeps the channels' ratios, and more
+/// strengthens the colours. STIFF's names: GAMMA, GAMMA_FAC, COLOUR_SAT.
 struct StiffTone {
   std::array<Limits, 3> limits;
   double gamma = 2.2;

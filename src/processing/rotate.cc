@@ -59,8 +59,8 @@ class KernelTable {
 
   int taps() const { return taps_; }
 
-  /// Weights of pixels floor(x) - taps/2 + 1... for the fraction of x. They are linear between
-  /// table rows, with an error of the second derivative / (8 phases^2): at most 4e-8.
+  /// Weights of pixels floor(x) - taps/2 + 1... for the fraction of x. They are interpolated
+  /// linearly between table rows. The error is the second derivative / (8 phases^2), at most 4e-8.
   template <int Taps>
   void weights(double fraction, double* out) const {
     const double place = fraction * phases;

@@ -27,12 +27,13 @@ PlaneSize rotated_size(int width, int height, const Rotation& rotation);
 PixelMap rotation_map(int width, int height, const Rotation& rotation);
 
 /// Turns an image. Multiples of 90 degrees copy pixels. Otherwise a pixel whose centre falls on (x,
-/// y) is sum k(x - i) k(y - j) v_ij / (sum k(x - i) sum k(y - j)). So an even image stays even. The
-/// k are corrected as in interpolation_weights(). A turn keeps the pixels' area, and so the flux of
-/// a well-sampled image. Lanczos kernels keep the flux of a Gaussian to 1.2e-4 for sigma = 1.5
-/// pixels and to 2e-5 for 2 pixels. Kernels are tabulated to 4e-8 of the central weight. Missing
-/// pixels: see missing_share; the outside is `fill`. Throws std::invalid_argument for Kernel::area,
-/// an angle that is not finite, or a size that exceeds an int.
+/// y) is sum k(x - i) k(y - j) v_ij / (sum k(x - i) sum k(y - j)). An even image thus stays even.
+/// The k are corrected as in interpolation_weights(). A turn keeps the area of pixels, and
+/// therefore the flux of a well-sampled image. Lanczos kernels keep the flux of a Gaussian to
+/// 1.2e-4 for sigma = 1.5 pixels and to 2e-5 for 2 pixels. Kernels are tabulated to 4e-8 of the
+/// central weight. Missing pixels: see missing_share; the outside is `fill`. Throws
+/// std::invalid_argument for Kernel::area, an angle that is not finite, or a size that exceeds an
+/// int.
 PlanePtr rotate(PlanePtr source, const Rotation& rotation);
 
 }  // namespace gamer

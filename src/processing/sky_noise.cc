@@ -22,8 +22,8 @@ int side_of_corner(double dx, double dy, double clear_radius, int limit) {
   return 0;
 }
 
-/// The square of that side at (left, bottom) without the plane fitted to it. Its finite pixels
-/// alone count; nothing where a pixel is missing.
+/// The square of that side at (left, bottom) less a plane fitted to it; nothing where a pixel is
+/// missing.
 std::optional<Image> without_plane(const Image& image, int left, int bottom, int side) {
   Image box(side, side, 1);
   const double middle = (side - 1) / 2.0;

@@ -7,18 +7,18 @@
 
 namespace gamer {
 
-/// What the noise of empty sky adds to sums of differences, per pixel. It is measured in the
-/// image's corners, or that of white noise of a given sigma.
+/// The contribution of the noise of empty sky to sums of differences, per pixel. It is measured in
+/// the image's corners, or follows from white noise of a given sigma.
 ///
 /// *Corners.* Each corner has the largest square, of 8 to 64 pixels, that keeps clear of a circle
-/// about the galaxy. A plane fitted by least squares is subtracted, so that a gradient of the sky,
-/// or faint outskirts, count as no noise.
+/// about the galaxy. A plane fitted by least squares is subtracted, so that gradients of the sky or
+/// of faint outskirts do not count as noise.
 class SkyNoise {
  public:
   /// White Gaussian noise of sigma >= 0; 0 means none.
   explicit SkyNoise(double sigma) : white_(sigma) {}
-  /// Measured beyond the circle of `clear_radius` about (x, y), from 0. Without any free corner the
-  /// noise counts as none.
+  /// Measured beyond the circle of `clear_radius` about (x, y), from 0. Without a free corner the
+  /// noise counts as 0.
   SkyNoise(const Image& image, double x, double y, double clear_radius);
 
   /// Number of corners measured.

@@ -11,7 +11,7 @@ namespace gamer {
 namespace {
 
 /// A line smoothed by symmetric weights: weights[|i|] of the pixel at distance i. With `by_part`
-/// the weights of the pixels within the line sum to 1, else those of an endless line.
+/// the weights of the pixels within the line sum to 1; otherwise those of an endless line do.
 void smooth_line(const double* in, std::ptrdiff_t step, int size,
                  const std::vector<double>& weights, bool by_part, double* out) {
   const int reach = static_cast<int>(weights.size()) - 1;
@@ -28,7 +28,7 @@ void smooth_line(const double* in, std::ptrdiff_t step, int size,
   }
 }
 
-/// A line's means over boxes of `width`, from sums of whole pixels and the parts at both sides.
+/// The means of a line over boxes of `width`: sums of whole pixels and of parts at both ends.
 void mean_line(const double* in, std::ptrdiff_t step, int size, double width, double* out) {
   const int reach = static_cast<int>(std::ceil((width - 1) / 2));
   const double side = (width - 1) / 2 - (reach - 1);

@@ -5,8 +5,9 @@
 namespace gamer {
 
 /// The mean of a plane of pixels over a square of `width` >= 1 pixels about each pixel. Pixels at
-/// the square's sides count by the part of them inside, so that any width is centred. Beyond the
-/// image's edges the mean is over the part inside. Missing pixels make their neighbours NaN.
+/// the square's sides count by their part inside, so that the square is centred for any width. At
+/// the image's edges the mean is over the part of the square inside the image. Missing pixels make
+/// their neighbours NaN.
 Image box_mean(const Image& image, double width);
 
 /// The image with 0 for missing pixels.

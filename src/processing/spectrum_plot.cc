@@ -65,7 +65,7 @@ void draw_axes(Drawing& drawing, const Axis& x, const Axis& y, const std::string
   drawing.colour(black);
   drawing.box(x.first, y.last, x.last, y.first);
   drawing.outline(1.5);
-  // Numbers of waves are not written as powers; with few decades 2 and 5 have numbers, too.
+  // k is not written as a power of ten; where the axis has few decades, 2 and 5 have numbers, too.
   const bool few_decades = x.high / x.low < 1e3;
   constexpr double highest_plain = 1e4;
   for_each_tick(x, [&](double value, int exponent, int multiple) {

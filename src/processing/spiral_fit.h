@@ -26,10 +26,10 @@ struct SpiralFit {
 /// Logarithmic spirals by Fourier modes (Kalnajs 1975; Puerari & Dottori 1992, A&AS 93, 469). With
 /// u = ln r and each row of the map divided by its mean,
 ///   A(m, p) = <I(u, theta) exp(-i m theta) exp(i p u)>.
-/// All radii thus have equal weight, whatever their brightness. The peak of |A| over |p| <= 60 m is
-/// the mode's pitch, tan P = m/p. Rows without light, or with more than half of their values
-/// missing, are left out; missing values are their row's mean. `map` is logarithmic. Throws
-/// InputError where fewer than 8 rows are left.
+/// All radii thus have equal weight. The peak of |A| over |p| <= 60 m is the mode's pitch, tan P =
+/// m/p. Rows without light, or with more than half of their values missing, are left out; missing
+/// values are their row's mean. `map` is logarithmic. Throws InputError where fewer than 8 rows are
+/// left.
 SpiralFit fit_spiral(const Image& map, const PolarGrid& grid);
 
 /// Arms in one range of radii.
@@ -43,10 +43,10 @@ struct ArmsAtRadius {
   std::array<double, 4> amplitudes{};  ///< 2 |a_m|/a_0 of m = 1 to 4
 };
 
-/// The arms of the strongest mode in `bins` ranges, even in ln r. Rows are turned by u/tan P, so
-/// that the arms stand at one azimuth, and averaged. An arm's peak is the maximum within half of
-/// the arms' distance about the mode's crest; minima lie between two peaks. The FWHM is of the
-/// light above the mean minimum. Values are NaN where a range has no light.
+/// The arms of the strongest mode in `bins` ranges, even in ln r. Rows are turned by u/tan P, which
+/// brings each arm to one azimuth, and averaged. An arm's peak is the maximum within a quarter of
+/// the arms' distance to both sides of the mode's crest; minima lie between peaks. The FWHM is of
+/// the light above the mean minimum. Values are NaN where a range has no light.
 std::vector<ArmsAtRadius> arms_by_radius(const Image& map, const PolarGrid& grid,
                                          const SpiralMode& mode, int bins);
 

@@ -327,7 +327,7 @@ class Selection {
     all.ranks = ranks;
     all.bins = std::move(first_bins_);
     std::vector<Group> groups = divide({std::move(all)});
-    // Numbers from floats or small integers end in zeros, which need no pass.
+    // Numbers that were floats or small integers end in zero bits, which need no pass.
     const int significant = key_bits - std::countr_zero(used_bits_ | sign);
     for (int settled = digit_bits;; settled += digit_bits) {
       std::size_t candidates = 0;

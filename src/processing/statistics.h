@@ -35,9 +35,9 @@ Statistics statistics(const Plane& plane, int threads);
 /// finite.
 ///
 /// Planes of up to 2^22 finite pixels are read once. In larger ones each pass settles 16 bits of
-/// the ordered bit patterns, until few candidates are left, after about three passes. Memory stays
-/// below 100 MiB for a dozen fractions. Throws std::invalid_argument for fractions outside [0, 1],
-/// and what the plane throws.
+/// the ordered bit patterns. Few candidates are left after about three passes. Memory stays below
+/// 100 MiB for a dozen fractions. Throws std::invalid_argument for fractions outside [0, 1], and
+/// what the plane throws.
 std::vector<double> quantiles(const Plane& plane, std::span<const double> fractions, int threads);
 double median(const Plane& plane, int threads);
 

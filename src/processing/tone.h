@@ -12,8 +12,8 @@ struct LinearTone {
   double factor = 1;
 };
 
-/// Tones after which the finite pixels of all planes together have a given sum, largest value or
-/// mean. They throw InputError where this quantity is not positive, or there is no finite pixel.
+/// Tones that give the finite pixels of all planes together a given sum, largest value or mean. The
+/// functions throw InputError where this quantity is not positive, or there is no finite pixel.
 LinearTone tone_to_total(std::span<const PlanePtr> planes, double total, int threads);
 LinearTone tone_to_peak(std::span<const PlanePtr> planes, double peak, int threads);
 LinearTone tone_to_mean(std::span<const PlanePtr> planes, double mean, int threads);

@@ -172,7 +172,7 @@ class Normalisation {
   int run() const;
 
  private:
-  /// The planes by which a group is measured.
+  /// The planes of a group that are measured.
   std::span<const PlaneTask> measured(std::span<const PlaneTask> group) const;
   LinearTone tone(std::span<const PlaneTask> group) const;
 

@@ -14,7 +14,7 @@ namespace gamer {
 namespace {
 
 constexpr int least_digits = 4;
-// Smallest angle between up and the view for a level horizon, deg. Nearer to the pole the image
+// Smallest angle between up and the view for a level horizon, deg. With a smaller angle the image
 // would spin.
 constexpr double nearest_pole = 0.5;
 

@@ -76,7 +76,7 @@ std::string_view type_at(double u, double v) {
 class View {
  public:
   explicit View(const Camera& camera) : camera_(camera) {
-    // The solid angle of pixels varies slowly.
+    // A coarse grid suffices, since the solid angle of pixels varies slowly.
     constexpr int most_places = 64;
     const int columns = std::min(camera.width(), most_places);
     const int rows = std::min(camera.height(), most_places);
@@ -93,7 +93,8 @@ class View {
   double area() const {
     return largest_ * camera_.width() * camera_.height() / (arcminute * arcminute);
   }
-  /// The position of an object; nothing for objects that the smaller pixels do not have.
+  /// The position of an object. It is empty for the share of objects by which a pixel is smaller
+  /// than the largest.
   std::optional<SkyPosition> position(Draws& draws) const {
     const double x = at(draws.uniform(), camera_.width());
     const double y = at(draws.uniform(), camera_.height());
@@ -137,7 +138,7 @@ std::string galaxy_row(const SkyPosition& at, const Background& background, Draw
 std::string star_row(const SkyPosition& at, Draws& draws) {
   const double magnitude = magnitude_at(Background::brightest_star, Background::faintest_star,
                                         star_slope, draws.uniform());
-  // Few spectra are shared by all stars.
+  // Temperatures are rounded, so that all stars share few spectra.
   constexpr double step = 250;
   const double temperature =
       step * std::round(coldest / step * std::pow(hottest / coldest, draws.uniform()));

@@ -120,8 +120,8 @@ std::optional<double> angle_across(
          (4 * half * half);
 }
 
-/// Cosine and sine of an angle in degrees. Only the rest to the next right angle is rounded, so
-/// that a right ascension near 360 deg loses no digits.
+/// Cosine and sine of an angle in degrees. Only the difference to the next right angle is converted
+/// to radians, so that a right ascension near 360 deg loses no digits.
 struct UnitCircle {
   explicit UnitCircle(double degrees) {
     int quadrant = 0;
@@ -404,7 +404,7 @@ Camera make_camera(RenderParameters& parameters, Resources& resources) {
     if (text == nullptr) {
       const std::filesystem::path beside =
           std::filesystem::path(parameters.camera.header_where.file).parent_path() / name;
-      // A file beside the parameters that cannot be examined is still the one that is meant.
+      // A file beside the parameters that cannot be examined still counts as existing.
       std::error_code error;
       const bool is_there = std::filesystem::exists(header_file(beside), error) || error;
       const std::filesystem::path path = is_there ? beside : std::filesystem::path(name);

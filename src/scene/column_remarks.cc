@@ -12,7 +12,7 @@
 namespace gamer {
 namespace {
 
-/// Columns of which one is enough.
+/// Groups of columns of which a catalogue needs at most one.
 const std::vector<std::vector<Column>>& choices() {
   using namespace column;
   static const std::vector<std::vector<Column>> all = {
@@ -46,7 +46,7 @@ std::string band_in(const std::string& column) {
   return "";
 }
 
-/// Adds warnings of columns that the default reference band may not fit.
+/// Adds warnings about columns whose band may differ from the default reference band.
 void remark_bands(const Catalogue& catalogue, std::span<const ColumnSource> sources,
                   const RenderParameters& parameters, std::vector<std::string>& remarks) {
   if (parameters.section("photometry").is_given("reference_band")) return;
@@ -93,7 +93,7 @@ std::vector<std::string> column_remarks(const Catalogue& catalogue,
           fmt::format("column {} of {} is not used{}", in_quotes(name), catalogue.label(), hint));
     }
   }
-  // A catalogue of positions and sizes alone is meant to be one.
+  // Missing values are intended where the catalogue has no unused columns.
   if (parameters.camera.projection != Projection::sky || catalogue.rows() == 0 || unused.empty())
     return remarks;
   const std::string others = fmt::format("; not used are {}", fmt::join(unused, ", "));

@@ -54,8 +54,8 @@ std::optional<double> factor_of(const std::string& from, const std::string& to,
   return unit_factor(from, to);
 }
 
-/// Columns of which one is enough: where the catalogue has one, usual names of the others do not
-/// count.
+/// The columns of which one is enough. Where the catalogue has one of them, usual names of the
+/// others are ignored.
 std::vector<Column> rivals_of(Column column) {
   using namespace column;
   switch (column) {
@@ -109,7 +109,8 @@ class ColumnFinder {
   const Catalogue& catalogue_;
   const RenderParameters& parameters_;
   bool is_sky_;
-  /// Whether it is made for gamer: in other catalogues, columns that are not needed are left alone.
+  /// Whether the catalogue is made for gamer. In other catalogues, columns that are not needed are
+  /// ignored.
   bool is_own_;
   std::vector<std::string> names_;
   std::map<std::string, std::size_t> places_;
@@ -236,7 +237,7 @@ void ColumnFinder::check_required(std::span<const ColumnSource> sources) const {
 
 std::vector<ColumnSource> ColumnFinder::find_all() {
   sources_.resize(scene_columns().size());
-  // Magnitudes, sizes and places that rivals look for come first in the order of columns.
+  // The order of columns puts a column before those that look it up as a rival.
   for (std::size_t c = 0; c < sources_.size(); ++c) sources_[c] = find(static_cast<Column>(c));
   check_unknown();
   return std::move(sources_);

@@ -22,10 +22,10 @@ struct ColumnSource {
   double factor = 1;      ///< to the scene column's unit
 };
 
-/// The sources of all scene columns, by Column. A scene list and a SkyMaker list have fixed names.
-/// In other catalogues the first of these that fits gives a column: the key of [catalogue], the
-/// column's own name, its own name in any case, a usual name in any case. Throws InputError for
-/// unknown, repeated, ambiguous and missing columns, and for units that do not fit.
+/// The sources of all scene columns, by Column. Names in scene lists and SkyMaker lists are fixed.
+/// In other catalogues the first of these gives a column: the key of [catalogue], the column's own
+/// name, that name in any case, a usual name in any case. Throws InputError for unknown, repeated,
+/// ambiguous and missing columns, and for units that do not fit.
 std::vector<ColumnSource> find_columns(const Catalogue& catalogue,
                                        const RenderParameters& parameters);
 
@@ -33,8 +33,8 @@ std::vector<ColumnSource> find_columns(const Catalogue& catalogue,
 std::vector<std::size_t> unused_columns(const Catalogue& catalogue,
                                         std::span<const ColumnSource> sources);
 
-/// The end of a message on missing columns. It has near names, then all columns of a catalogue that
-/// has none of `wanted`; it is empty for a scene list.
+/// The end of a message on missing columns: near names, then all columns of a catalogue that has
+/// none of `wanted`. It is empty for scene lists.
 std::string columns_hint(const Catalogue& catalogue, std::span<const ColumnSource> sources,
                          std::span<const Column> wanted);
 

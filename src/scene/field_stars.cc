@@ -15,7 +15,7 @@ namespace {
 constexpr int band_count = 720;
 constexpr double band_height = 180.0 / band_count;  // deg
 
-/// The magnitude below which the share u of the stars lies.
+/// The magnitude than which the share u of the stars is brighter.
 double magnitude_at(const FieldStarParameters& parameters, double u) {
   const double range = parameters.faint - parameters.bright;
   const double a = std::numbers::ln10 * parameters.slope * range;

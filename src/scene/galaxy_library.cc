@@ -17,7 +17,7 @@
 namespace gamer {
 namespace {
 
-// Drafts are measured with the knobs of this tolerance, over so many points of each component.
+// Drafts are measured with the accuracy of this tolerance, over this many points of each component.
 constexpr double draft_tolerance = 0.1;
 constexpr std::size_t draft_points = std::size_t{1} << 13;
 
@@ -205,8 +205,8 @@ class LookupLog {
   Resources& resources_;
 };
 
-/// All that decides a galaxy but its files: text and place of its file, overrides and settings.
-/// Empty where the overrides cannot be written.
+/// All that decides a galaxy except the files that it names: text and place of its own file,
+/// overrides and settings. Empty where the overrides cannot be written.
 std::string key_of(const Resources::Text& text, const GalaxySettings& settings) {
   std::string key = measure_key(settings);
   try {

@@ -22,8 +22,8 @@ constexpr std::string_view two_opening = "sersic+exponential(";
 constexpr const char* arguments = "bt,re,qb,rh,bulge_sed,disk_sed";
 constexpr std::size_t argument_count = 6;
 
-/// A number in ]0, 1], rounded to six digits. It is the double nearest to the decimal number, so
-/// its shortest text has no more digits.
+/// A number in ]0, 1], rounded to six digits. The result is the double nearest to the decimal
+/// number, so that its shortest text has no more digits.
 double rounded(double value) {
   constexpr int digits = 6;
   if (value == 0) return 0;
@@ -59,7 +59,7 @@ double number(std::string_view word, const char* what, const Interval& interval)
   return *value;
 }
 
-/// Name of an SED, fit for a TOML text.
+/// The name of an SED, checked to be safe in a TOML text.
 std::string sed_name(std::string_view word, const char* what) {
   const bool fit = !word.empty() && std::ranges::none_of(word, [](char c) {
     return c == '"' || c == '\\' || std::iscntrl(static_cast<unsigned char>(c)) != 0;

@@ -5,8 +5,8 @@
 
 namespace gamer {
 
-/// z0/rh of made disks; thin disks have about this value. The relation of a disk's inclination with
-/// its aspect ratio holds for any value.
+/// z0/rh of made disks, a typical value of thin disks. The relation between a disk's inclination
+/// and its aspect ratio holds for any value.
 inline constexpr double made_disk_thickness = 0.1;
 
 /// The parameters in a made galaxy's name.
@@ -18,8 +18,8 @@ struct MadeGalaxy {
   std::string bulge_sed;
   std::string disk_sed;
 
-  /// The name, with numbers rounded to six digits so that galaxies of one shape share a type. It
-  /// does not depend on the other parameters of a part without light.
+  /// The name, with numbers rounded to six digits so that galaxies of one shape share a type. The
+  /// shape of a part without light does not enter it.
   std::string name() const;
 };
 

@@ -15,7 +15,7 @@ bool is_unchanged(const Resources::Lookup& lookup, Resources& resources) {
     return resources.find(lookup.kind, lookup.name, lookup.beside, lookup.suffixes).content ==
            lookup.content;
   } catch (const InputError&) {
-    // Whoever makes the galaxy says what is wrong.
+    // The galaxy is then made, which reports what is wrong.
     return false;
   }
 }

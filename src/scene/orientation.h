@@ -7,8 +7,8 @@
 
 namespace gamer {
 
-/// Unit vectors at a place: to the camera, and the image's up (+y, in a sky view North) and right
-/// (+x, in a sky view West).
+/// Unit vectors at a place: towards the camera, the image's up (+y, in sky views North), and the
+/// image's right (+x, in sky views West).
 struct SkyAxes {
   glm::dvec3 towards, up, right;
 };

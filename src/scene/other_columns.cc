@@ -68,7 +68,7 @@ bool is_code(std::string_view word) {
          ((word.size() > 1 && word.front() == '0') || !number_of<std::int64_t>(without_plus(word)));
 }
 
-/// What all given words are; texts where none is given and the file does not say it.
+/// The kind of all given words; texts where none is given and the file states no kind.
 Kind kind_of_words(std::span<const std::string_view> words, Kind declared) {
   if (declared == Kind::text) return Kind::text;
   bool has_words = false, has_gaps = false;
@@ -152,7 +152,7 @@ Values integers_or_texts(std::vector<std::string> words) {
   std::vector<std::int64_t> integers;
   for (const std::string& word : words) {
     const std::optional<std::int64_t> value = number_of<std::int64_t>(without_plus(word));
-    // A word such as +7 or 007 would come back as 7.
+    // Words such as +7 or 007 would be written back as 7.
     if (!value || fmt::format("{}", *value) != word) return words;
     integers.push_back(*value);
   }

@@ -14,8 +14,8 @@ namespace gamer {
 /// `row`, the row of the catalogue from 1.
 ///
 /// Words are integers or numbers where all of them are, unless the file says that they are texts.
-/// Words with leading zeros are texts. No two names differ in case alone, and none is that of a
-/// scene's column in any case. A name that breaks this rule gets "cat_" before it. Characters of
+/// Words with leading zeros are texts. Names differ from each other, and from those of a scene's
+/// columns, by more than case. A name that breaks this rule gets the prefix "cat_". Characters of
 /// names other than ASCII letters and digits become "_", as FITS wants them, and so do characters
 /// of units that are not printable ASCII. Names are cut after 60 characters, and an empty name
 /// becomes "column". At most 950 columns are kept, so that a FITS table can hold all.

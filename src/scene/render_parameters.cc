@@ -120,7 +120,7 @@ void check_star_discs(const RenderParameters& parameters) {
   }
 }
 
-/// Throws InputError where stamps go with something that has none.
+/// Throws InputError where stamps are combined with a setting that excludes them.
 void check_stamps(const RenderParameters& parameters) {
   if (parameters.image.output.layout != ImageLayout::stamps) return;
   const auto fail = [&](const std::string& reason) {
@@ -216,7 +216,7 @@ void RenderParameters::set_view_defaults() {
   const auto is_from_command_line = [](const SourceLocation& where) {
     return where.file.starts_with("--set ");
   };
-  // A file made for another view may give a size, which the command line cannot remove.
+  // A file for another view may give a size, which the command line cannot remove.
   if (is_from_command_line(camera_values.where("projection")) &&
       !is_from_command_line(image_values.where("size"))) {
     return;

@@ -18,7 +18,7 @@ bool RowErrors::is_read(std::size_t row, const std::function<void()>& read) {
     read();
     return true;
   } catch (const InputError& error) {
-    // A galaxy's file is wrong for all its rows.
+    // An error in a galaxy's file concerns all its rows.
     if (!std::string_view(error.what()).starts_with(label_)) throw;
     if (number_++ == 0) {
       first_ = error.what();

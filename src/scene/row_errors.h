@@ -7,8 +7,8 @@
 
 namespace gamer {
 
-/// The rows of a catalogue that cannot be read. Reading goes on after the first one, so that one
-/// message names all.
+/// The rows of a catalogue that cannot be read. Reading continues after an error, so that one
+/// message names all wrong rows.
 class RowErrors {
  public:
   /// `label` is the catalogue's, with which its errors begin.

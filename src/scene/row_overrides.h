@@ -24,7 +24,8 @@ OverriddenType split_type(const std::string& type);
 /// have such columns. In others a dot in a name has no meaning.
 std::vector<std::size_t> override_columns(const Catalogue& catalogue);
 
-/// Puts the assignments into a galaxy's overrides; `where` is their row. Throws InputError.
+/// Adds the assignments to a galaxy's overrides; `where` is the place of their row. Throws
+/// InputError.
 void add_overrides(const std::string& overrides, const SourceLocation& where, ConfigNode& galaxy);
 
 }  // namespace gamer

@@ -31,12 +31,12 @@ constexpr std::string_view two_parts = "bulge+disk";
 
 constexpr double kiloparsec = 1e-3;  // Mpc
 
-// Largest number of stars in an image: they are kept in memory.
+// Largest number of stars in an image, since they are kept in memory.
 constexpr std::size_t most_stars = 20'000'000;
-// Factor within which the number of stars is known beforehand.
+// Factor by which the expected number of stars may err.
 constexpr double surely = 2;
 
-// A smaller redshift (a few parsecs) gives no useful distance; 0 means light that is not shifted.
+// Smaller redshifts (a few parsecs) give no useful distance; 0 means light that is not shifted.
 constexpr double smallest_redshift = 1e-9;
 
 /// The orientation of the selected row, as the galaxy's axes in the scene. `inclined` is its
@@ -382,8 +382,8 @@ void SceneReader::add_field_stars(const ImageField& field) {
     throw input_error(field_stars.number_where, "more than {} stars would be in the image",
                       most_stars);
   };
-  // The stars' number is checked before they are made. Other pixels are about as large as the
-  // middle one.
+  // The number of stars is checked before they are made, with the middle pixel's size for all
+  // pixels.
   const double square_degrees =
       static_cast<double>(camera_.window().width) * camera_.window().height *
       camera_.solid_angle(0.5 * (camera_.width() - 1), 0.5 * (camera_.height() - 1)) *

@@ -9,7 +9,7 @@ constexpr double full_circle = 360;
 constexpr double smallest_size = 1e-15;
 constexpr double largest_size = 1e15;
 // Bounds of magnitudes, beyond those of any real object. At usual distances pixels can hold all
-// fluxes between them.
+// fluxes within them.
 constexpr double brightest_magnitude = -60;
 constexpr double faintest_magnitude = 100;
 constexpr double largest_redshift = 1000;

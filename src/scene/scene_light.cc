@@ -7,7 +7,7 @@
 
 namespace gamer {
 
-// How bright the objects of a scene are, and whether their spectra cover an image's planes.
+// The brightness of a scene's objects, and the check that their spectra cover an image's planes.
 
 namespace {
 
@@ -24,7 +24,7 @@ void SceneReader::choose_unit() {
   const bool has_magnitudes = row_.has(column::magnitude) || row_.has(column::apparent_magnitude);
   scene_.unit =
       parameters_.image.unit.value_or(has_magnitudes ? PixelUnit::nanojansky : PixelUnit::relative);
-  // Pixels of relative images are a grid of rays.
+  // Pixels of relative images are sampled by a fixed grid of rays, as with camera.supersample.
   if (scene_.unit == PixelUnit::relative) library_.keep_closures_apart();
   if (has_magnitudes && scene_.unit == PixelUnit::relative) {
     throw input_error(parameters_.image.unit_where,
@@ -98,7 +98,7 @@ void SceneReader::check_planes(const PlacedGalaxy& placed) {
     const Sed::Range range = sed != nullptr ? sed->range() : component->extinction()->range();
     for (const SpectralPlane& plane : spectrum_.planes) {
       const Sed::Range seen = plane.range();
-      // Dust needs no curve shortward of the Lyman limit, where no light is left to absorb.
+      // Shortward of the Lyman limit no light is left to absorb, so that dust needs no curve there.
       const bool is_fine =
           (seen.low >= range.low * stretch ||
            (sed == nullptr && plane.band != nullptr && range.low <= lyman_limit)) &&

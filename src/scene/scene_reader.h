@@ -91,21 +91,22 @@ class SceneReader {
   void add_field_stars(const ImageField& field);
   /// Pixel coordinates of a star that touches the image; nothing for others.
   std::optional<glm::dvec2> star_pixel(const glm::dvec3& direction) const;
-  /// Flux (nJy) of the row's magnitude over that of a unit source. In the reference band that
-  /// source has the flux `rest` unredshifted at 10 pc, and `observed` as it is seen.
+  /// The flux (nJy) of the row's magnitude over the flux of a unit source in the reference band.
+  /// That flux is `rest` for the source unredshifted at 10 pc, and `observed` at its redshift and
+  /// distance.
   double flux_scale(const Position& position, double rest, double observed) const;
   double brightness(const PlacedGalaxy& placed, const Position& position);
   /// Counts an apparent magnitude that no galaxy of a survey has.
   void note_unlikely(double magnitude, const SourceLocation& where);
   /// One shared text for all galaxies with a name.
   const SharedText& shared(const std::string& name);
-  /// Distance from the camera, scene units; 1 at a galaxy's very centre. Any distance serves there:
-  /// from within, a galaxy's flux has no meaning, and its brightness does not depend on distance.
+  /// Distance from the camera, scene units; 1 where the camera is at the galaxy's centre. Any
+  /// distance serves there, since brightness does not depend on it.
   double distance_of(const glm::dvec3& centre) const {
     const double distance = camera_.distance(centre);
     return distance > 0 ? distance : 1;
   }
-  /// Angle of a scene unit at the row's distance, rad; an orthographic view does not show it.
+  /// Angle of a scene unit at the row's distance, rad. Orthographic views do not show it.
   double angle_of_unit(const Position& position) const;
   void check_band(const Sed& sed, const Bandpass& band, double redshift, const std::string& what,
                   const SourceLocation& where) const;

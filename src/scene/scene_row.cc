@@ -240,8 +240,8 @@ std::string SceneRow::line() const {
         sexagesimal(column)) {
       text = fmt::format("{}", number(column));
     }
-    // A blank or '#' would end the word. Analytic SEDs mean the same without blanks; in other
-    // columns and SEDs only names can contain these.
+    // A blank or '#' would end the word. Analytic SEDs keep their meaning without blanks; in other
+    // columns and SEDs only names can contain blanks.
     if (column == column::sed && text.find('(') != std::string::npos) std::erase(text, ' ');
     for (char& letter : text) {
       if (is_blank(letter) || letter == '#') letter = '_';

@@ -33,7 +33,7 @@ class SceneRow {
   void replace(Column column, double value) { replaced_[column] = value; }
   /// Leaves the selected row's line without a value of a column.
   void leave_out(Column column) { left_out_.insert(column); }
-  /// Gives lines the columns ox oy oz and pa, set by replace(), in place of inclination.
+  /// Makes lines have the columns ox oy oz and pa, set by replace(), in place of inclination.
   void fix_orientation() { is_fixed_ = true; }
 
   /// Whether the catalogue has the column at all.
@@ -78,12 +78,12 @@ class SceneRow {
   [[noreturn]] void fail_without(Column column, std::initializer_list<Column> wanted,
                                  const std::string& message) const;
 
-  /// The names of the catalogue's columns, and the selected row's words, as lines of a scene list.
+  /// The names of the columns and the selected row's words, as lines of a scene list.
   std::string header_line() const;
   std::string line() const;
 
  private:
-  /// Whether the lines of the scene list have the column.
+  /// Whether lines of the scene list have the column.
   bool stands_in_lines(Column column) const;
   /// The word of a column of the catalogue.
   std::string catalogue_word(std::size_t place) const;

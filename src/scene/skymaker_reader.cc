@@ -194,7 +194,7 @@ Shape shape_of(const Row& row) {
     shape.inclination = std::acos(std::sqrt(cosine2)) / degree;
     if (bulge) made.flattening = bulge_flattening(made.flattening, cosine2);
   } else {
-    // Any flattening up to the aspect ratio fits. This one is seen edge-on.
+    // Any flattening up to the aspect ratio fits; this value is that of a bulge seen edge-on.
     made.flattening = std::max(made.flattening, smallest_flattening);
   }
   shape.type = made.name();

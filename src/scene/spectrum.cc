@@ -13,7 +13,7 @@ std::shared_ptr<const Bandpass> find(const std::string& name, const SourceLocati
   try {
     return find_bandpass(name, where.file, resources);
   } catch (const InputError& error) {
-    // Messages about the file's contents have a place of their own.
+    // Messages about a file's contents have that file's place.
     throw InputError(where, error.what());
   }
 }

@@ -42,7 +42,7 @@ class Fisheye final : public SphereProjection {
     const double across = std::hypot(direction.x, direction.y);
     const double angle = std::atan2(across, direction.z);
     if (angle > limit_ * (1 + slack)) return std::nullopt;
-    // Straight behind the camera, any place on the circle is right.
+    // The point straight behind the camera is the whole circle; any place on it serves.
     const glm::dvec2 way = across > 0 ? glm::dvec2(direction.x, direction.y) / across
                                       : glm::dvec2(0, angle > 0 ? -1 : 0);
     return glm::dvec2(middle_pixel(width()), middle_pixel(height())) + angle / step_ * way;
@@ -59,7 +59,7 @@ class Fisheye final : public SphereProjection {
       for (std::size_t j = 0; j < nodes.size(); ++j) {
         const double u = step_ * (x + nodes[i] - middle_pixel(width()));
         const double v = step_ * (y + nodes[j] - middle_pixel(height()));
-        // Angles above pi do not exist: they add nothing.
+        // Angles above pi do not exist and add nothing.
         sum += weights[i] * weights[j] * std::max(sine_ratio(std::hypot(u, v)), 0.0);
       }
     }
@@ -80,7 +80,8 @@ class Fisheye final : public SphereProjection {
     const double length = glm::length(way), rim = limit_ / step_;
     glm::dvec2 place(x, y);
     if (is_whole() && length > rim) {
-      // Continues through the point behind, to the nearest pixel whose middle is in the circle.
+      // The way continues through the point behind the camera, to the nearest pixel whose middle is
+      // in the circle.
       double left = 2 * rim - length;
       do {
         place = glm::round(centre - std::max(left, 0.0) / length * way);
@@ -182,7 +183,7 @@ class Faces : public SphereProjection {
     const int size = width();
     int face = face_of(at.y, size, height() / size);
     y -= face * size;
-    // Around a corner the way crosses two edges.
+    // A way around a corner crosses two edges.
     constexpr int most_edges = 3;
     for (int i = 0; i < most_edges; ++i) {
       const int edge = x < 0       ? left_edge

@@ -14,13 +14,14 @@ namespace {
 using namespace column;
 
 constexpr double whole_turn = 360;
-/// No catalogue has numbers of this size: 1e20 and 1e30 are usual flags.
+/// Numbers of this size are flags, usually 1e20 or 1e30.
 constexpr double huge_number = 1e19;
 
 constexpr double flags[] = {-1,    -9, -99,  -99.9, -99.99, -999,  -999.9,
                             -9999, 99, 99.9, 99.99, 999,    999.9, 9999};
 
-/// Values that a column may have without suspicion, and the size from which others are flags.
+/// The interval of a column's plausible values, and the least size of values outside that are
+/// flags.
 struct Plausible {
   Interval interval;
   double least_flag = 1;
@@ -47,7 +48,8 @@ bool is_flag(Column column, double value) {
          std::ranges::find(flags, value) != std::end(flags);
 }
 
-/// Columns of which a row needs one. Without it there is an error, or a default that may be wrong.
+/// Columns of which a row needs one. Without it the row is an error, or a default that may be wrong
+/// applies.
 struct KnownNeed {
   std::vector<Column> columns;
   bool of_stars;
@@ -119,7 +121,7 @@ std::vector<SuspiciousValues::Need> SuspiciousValues::needs_of(
   std::vector<Need> result;
   for (const KnownNeed& known : known_needs()) {
     if (known.has_default && !refuses_missing_) continue;
-    // A word that all rows share serves instead.
+    // A constant for all rows serves instead.
     if (std::ranges::any_of(known.columns,
                             [&](Column c) { return row_.has(c) && !row_.is_from_catalogue(c); })) {
       continue;

@@ -22,13 +22,13 @@ namespace gamer {
 /// `galaxy`, an empty cell means the default, so that only places, magnitudes and sizes count.
 class SuspiciousValues {
  public:
-  /// `row` reads the rows of `catalogue`; it is left at any row.
+  /// `row` reads the rows of `catalogue`; the row that it has selected afterwards is undefined.
   SuspiciousValues(const Catalogue& catalogue, SceneRow& row);
 
   std::size_t rows() const { return rows_; }
   bool is_flagged(std::size_t row) const { return !flagged_.empty() && flagged_[row]; }
-  /// Throws InputError, which names all columns, values and rows. An empty cell of a catalogue with
-  /// a column `galaxy` alone is no error.
+  /// Throws InputError, which names all columns, values and rows. Empty cells are no error in a
+  /// catalogue with a column `galaxy`.
   void refuse() const;
 
  private:

@@ -20,7 +20,8 @@ std::optional<TangentPlane> TangentPlane::of(const CelestialWcs& wcs) {
   if (!middle) return std::nullopt;
   std::array<glm::dvec3, 2> steps;
   for (int axis = 0; axis < 2; ++axis) {
-    // A long way on the plane gives the step to rounding. One pixel's gives the way's length.
+    // The first pass finds the length of a pixel on the plane. The second measures the step over a
+    // long way, to rounding.
     double way = 1;
     for (const double length : {0.0, 0.5}) {
       if (length > 0) way = length / glm::length(steps[axis]);
@@ -53,7 +54,7 @@ glm::dvec3 TangentPlane::direction(double x, double y) const {
 std::optional<glm::dvec2> TangentPlane::pixel(const glm::dvec3& point) const {
   const double along = glm::dot(point, middle_);
   if (!(along > 0)) return std::nullopt;
-  // The small difference keeps digits that dot products with the point itself would lose.
+  // The small difference keeps digits that dot products with the point would lose.
   const glm::dvec3 away = point / along - middle_;
   return tangent_point_ + glm::dvec2(glm::dot(away, inverse_x_), glm::dot(away, inverse_y_));
 }

@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// The word of a list that stands for a missing value.
+/// The word that stands for a missing value in a list.
 inline constexpr std::string_view no_value_word = "-";
 
 /// One line of a text, without its end.
@@ -38,7 +38,7 @@ struct LineWord {
   bool escaped = false;   ///< has doubled quotes
 };
 
-/// A table with more columns than this can only be a mistake.
+/// A table with more columns than this is taken for a mistake.
 inline constexpr std::size_t most_columns = 10000;
 
 /// The characters for which is_blank() is true.
@@ -56,7 +56,7 @@ std::size_t split_line(const TextLine& line, TextRows::Separator separator,
 /// Number of rows to reserve: at most one per remaining line, each of at least `words` words.
 std::size_t expected_rows(std::string_view text, std::size_t begin, std::size_t words);
 
-/// What the reader of a text format returns.
+/// The result of the reader of a text format.
 struct TextCatalogue {
   std::vector<Catalogue::Column> columns;
   TextRows places;

@@ -7,8 +7,9 @@
 
 namespace gamer {
 
-/// Names in lower case under which catalogues often have a scene column. A name of a later group
-/// counts where the catalogue has none of an earlier one; two names of one group are ambiguous.
+/// Names in lower case under which catalogues often have a scene column. Names of a later group
+/// count only where the catalogue has none of an earlier group; two names of one group are
+/// ambiguous.
 using NameGroups = std::vector<std::vector<std::string>>;
 
 /// The groups of a column. {band} stands for the name of the reference band in lower case

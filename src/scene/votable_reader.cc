@@ -43,7 +43,7 @@ struct Field {
   enum class Kind { real, integer, logical, text, left_out };
   Catalogue::Column column;
   Kind kind = Kind::text;
-  std::string null;  ///< the text that stands for no value
+  std::string null;  ///< the text of a missing value
   std::vector<double> reals;
   std::vector<std::int64_t> integers;
   std::vector<std::size_t> nulls;  ///< rows of `integers` without a value

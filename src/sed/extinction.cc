@@ -27,7 +27,7 @@ constexpr double shortest_wavelength = 912.0;
 const Interval r_v_interval = Interval::closed(2, 6);
 
 /// Wavelength of V in the check of a file, and the curve's largest deviation from 1 there.
-/// Effective wavelengths of V differ by about 50 Angstrom, A(lambda) by 0.03 % per Angstrom.
+/// Definitions of V differ by about 50 Angstrom, and A(lambda) changes by 0.03 % per Angstrom.
 constexpr double v_wavelength = 5500.0;
 constexpr double v_tolerance = 0.05;
 

@@ -23,7 +23,8 @@ struct Unit {
 };
 constexpr std::array<Unit, 3> wavelength_units = {{{"Angstrom", 1.0}, {"nm", 10.0}, {"um", 1e4}}};
 
-/// Intervals of wavelength by the bits of doubles, 64 an octave.
+/// Number of the interval that holds a wavelength: the upper bits of the double, 64 intervals per
+/// octave.
 constexpr int dropped_bits = 46;
 std::uint64_t start_of(double wavelength) {
   return std::bit_cast<std::uint64_t>(wavelength) >> dropped_bits;

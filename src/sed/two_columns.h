@@ -45,8 +45,8 @@ struct TwoColumns {
   friend TwoColumns parse_two_columns(std::string_view, const std::string&, const TwoColumnFormat&);
   void make_starts();
 
-  /// First row to search for each of 64 intervals an octave. It makes the integration of thousands
-  /// of bands, each at hundreds of wavelengths, fast.
+  /// The first row to search in each interval of wavelength, 64 intervals per octave. The table
+  /// makes integrals over thousands of bands fast.
   std::vector<std::uint32_t> starts_;
 };
 

@@ -10,8 +10,7 @@
 
 namespace gamer {
 
-/// The type of a parameter whose value a variable of type T takes. An optional has that of its
-/// value.
+/// The parameter type that fits a variable of type T; for std::optional<U> it is the type for U.
 template <class T>
 constexpr ParameterType parameter_type() {
   if constexpr (std::same_as<T, bool>) return ParameterType::boolean;
@@ -50,8 +49,8 @@ void put_value(const ParameterValue& value, T& variable) {
   }
 }
 
-/// A parameter and the variable that takes its value, which must outlive it. What the variable
-/// holds at first is the default; an empty optional has none.
+/// A parameter and the variable that takes its value. The variable must outlive it. The variable's
+/// first value is the default; an empty optional means no default.
 struct BoundParameter {
   template <class T>
   BoundParameter(T& variable, std::string name, std::string unit, Interval interval,
@@ -70,7 +69,7 @@ struct BoundParameter {
   std::function<void(const ParameterValue&)> put = {};
 };
 
-/// One of several values, each with the name that it has in files.
+/// A parameter whose value is one of several, each with its name in files.
 template <class T>
 BoundParameter choice(T& variable, std::string name, std::vector<std::pair<std::string, T>> values,
                       std::string description) {
@@ -100,7 +99,7 @@ template <class T>
 ParameterTable declarations(BoundTable (*keys)(T&), T defaults = {}) {
   return declarations(keys(defaults));
 }
-/// Puts every value that there is into its variable.
+/// Stores each value of `values` in its variable.
 void put_values(const ParameterSet& values, const BoundTable& table);
 /// An object with the values that `keys` binds to it.
 template <class T>

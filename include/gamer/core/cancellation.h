@@ -25,7 +25,7 @@ class Cancellation {
 /// parallel_for() and of executors take the request of the thread that begins the work.
 class CancellationScope {
  public:
-  /// With a null pointer nothing is cancelled.
+  /// A null pointer means no request.
   explicit CancellationScope(const Cancellation* cancellation);
   ~CancellationScope();
   CancellationScope& operator=(CancellationScope&&) = delete;

@@ -4,7 +4,7 @@
 
 namespace gamer {
 
-/// Seconds of a clock that runs evenly, since some moment.
+/// Seconds of a monotonic clock with an arbitrary origin.
 inline double steady_seconds() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }

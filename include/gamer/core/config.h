@@ -54,8 +54,8 @@ void set_from_text(ConfigNode& root, std::string_view assignment,
                    std::string_view origin = "--set ");
 
 /// The leaves of a tree as "section.key=value", in their order. set_from_text() makes an equal tree
-/// of them. Throws InputError for keys that are not of letters, digits, _ and -, and for tables in
-/// lists.
+/// of them. Throws InputError for keys with other characters than letters, digits, _ and -, and for
+/// tables in lists.
 std::vector<std::string> assignments(const ConfigNode& root);
 
 }  // namespace gamer

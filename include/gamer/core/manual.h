@@ -20,7 +20,7 @@ struct ManualOption {
   std::string description;
 };
 
-/// A command: a word after the program's name, and what it does.
+/// A command of the program: the word after the program's name.
 struct ManualCommand {
   std::string name;
   std::vector<std::string> aliases;
@@ -37,9 +37,9 @@ struct Manual {
   std::string summary;                ///< without a final period
   std::vector<std::string> synopses;  ///< words behind the program's name
   std::string description;            ///< paragraphs
-  std::vector<ManualOption> options;  ///< of the program, and of all its commands
+  std::vector<ManualOption> options;  ///< of the program
   std::vector<ManualOption> arguments;
-  bool commands_take_options = false;  ///< the program's options serve its commands, too
+  bool commands_take_options = false;  ///< whether commands also take `options`
   std::vector<ManualCommand> commands;
   std::vector<std::pair<std::string, std::string>> sections;  ///< further headings and paragraphs
 };

@@ -34,7 +34,7 @@ constexpr std::uint64_t hash_text(std::uint64_t seed, std::string_view text) {
   return seed;
 }
 
-/// The end of the interval of seeds that a user may give, 2^63: above every 64-bit integer.
+/// End of the interval of the seeds that a user may give: 2^63, above every signed 64-bit integer.
 inline constexpr double largest_seed = 0x1p63;
 
 /// The upper 53 bits as a number in [0, 1).

@@ -7,7 +7,7 @@
 namespace gamer {
 
 /// Opens /dev/null for each closed standard stream. Otherwise a file that the program opens would
-/// take its number and get its messages. main() calls it first.
+/// get the stream's number and its messages. main() calls it first.
 void open_standard_streams();
 
 /// Prepares the process for signals and full disks. From now on SIGINT, SIGTERM and SIGHUP remove
@@ -23,8 +23,8 @@ struct StopLine {
   std::size_t time_at = std::string::npos;
 };
 
-/// Makes these signals also print a line on standard error. This call makes all lines by `line`,
-/// one for the name of each signal. Without it signals print nothing.
+/// Makes these signals also print a line on standard error. The call makes all lines at once, as
+/// `line(name of the signal)`. Without it signals print nothing.
 void say_when_stopped(const std::function<StopLine(const std::string& signal)>& line);
 void say_nothing_when_stopped();
 

@@ -59,7 +59,7 @@ struct TextTable {
 
   using TakeRow = std::function<void(std::span<const std::string_view>)>;
   /// A source of rows instead of `rows`, for large tables. The function calls its argument with
-  /// each row in turn; every call gives equal rows.
+  /// each row in turn. It must give the same rows each time.
   std::function<void(const TakeRow&)> made_rows = {};
 
   /// Calls `take` with each row of `rows` or of `made_rows`.
@@ -68,7 +68,7 @@ struct TextTable {
 
 /// One face of an image whose faces stand one above the other. Each face is an HDU of its own.
 struct ImageFace {
-  std::string label;  ///< "FRONT": begin of EXTNAME; a plane's label follows in extensions
+  std::string label;  ///< "FRONT": start of EXTNAME; a plane's label follows in extensions
   LinearAxis x, y;
   std::vector<Card> cards;
   /// Place of the face in a picture of all faces, counted in faces from the lower left.

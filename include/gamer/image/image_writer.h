@@ -52,8 +52,8 @@ void check_output_suffix(const OutputOptions& options);
 
 /// Checks everything that can be known before rendering and leaves nothing behind. Throws
 /// InputError for an unknown suffix, an existing file (unless overwrite), equal labels and more
-/// files than can be open. Throws it also for a folder that is missing, not writable
-/// or too full. Throws it, too, for a picture too large for memory or (BMP) for its format.
+/// files than can be open. Other errors are a folder that is missing, not writable or too full, and
+/// a picture too large for memory or (BMP) for its format.
 void check_output(const OutputOptions& options, const ImageHeader& header);
 
 /// A writer that passes the first `first_planes` planes of each row to `first` and the others to

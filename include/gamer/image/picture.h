@@ -36,8 +36,8 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 /// equal number; a channel is the mean of its group. Planes without wavelengths count as sorted,
 /// reddest first. Pixels that are not finite are black.
 ///
-/// *Black.* Each channel's sky m = q05 + 1.645 sigma is subtracted; negative results become 0. The
-/// 5 % quantile is q05. The noise sigma is 1.4826 median|v(x+1) - v(x)|/sqrt 2, at most (q50 -
+/// *Black.* Each channel's sky m = q05 + 1.645 sigma is subtracted, q05 the 5 % quantile; negative
+/// results become 0. The noise sigma is 1.4826 median|v(x+1) - v(x)|/sqrt 2, at most (q50 -
 /// q05)/1.645. In a noise-free image with dark corners, m = 0; in an image with sky and noise, m is
 /// the sky.
 ///
@@ -47,14 +47,16 @@ std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double sl
 ///
 /// *Balance.* L_c is the channel's light and L the mean of the L_c. The light of every channel is
 /// summed over the pixels in which some channel is 3 sigma above its sky. Channel c is multiplied
-/// by (L/L_c)^0.5. With exponent 1 every galaxy's sum would be white, with 0 red galaxies would be
-/// all red. With 0.5 a yellow-white bulge in a bluer disk remains. Green is then scaled so that its
-/// light is the geometric mean of red's and blue's: no galaxy as a whole is green or magenta.
+/// by (L/L_c)^0.5. With exponent 1 the summed light would always be white; with exponent 0 a red
+/// galaxy would be red all over. With 0.5 a yellow-white bulge in a bluer disk remains. Green is
+/// then scaled so that its light is the geometric mean of red's and blue's: no galaxy as a whole is
+/// green or magenta.
 ///
-/// *Stretch.* lupton_stretch() with the slope for which F(I_80) = 0.28 F(white). 80 % of the light
-/// lies above the brightness I_80 (a spiral's outer disk); white is the 99.99 % quantile of the
-/// pixels with light. Where I_80 > 0.28 white the stretch is linear. The scale makes the largest
-/// channel 1 at its own 99.99 % quantile, so that the nucleus is not saturated.
+/// *Stretch.* lupton_stretch() is applied with the slope for which F(I_80) = 0.28 F(white). The
+/// pixels brighter than I_80 (in a spiral, those inside the outer disk) hold 80 % of the light;
+/// white is the 99.99 % quantile of the pixels with light. Where I_80 > 0.28 white the stretch is
+/// linear. The scale makes the largest channel 1 at its own 99.99 % quantile, so that the nucleus
+/// is not saturated.
 ///
 /// Quantiles use at most 2^20 pixels, evenly spread. `wavelengths` and `zero_points` have one value
 /// per plane or none.
@@ -79,8 +81,8 @@ std::array<double, 3> channel_factors(int planes, const std::vector<double>& wav
 std::vector<double> zero_points_of(const ImageHeader& header);
 
 /// The channels that make_picture() makes of planes of equal size: one (grey) or three, red first.
-/// Pixels that are not finite are 0. Throws std::invalid_argument where there are wavelengths, but
-/// not one per plane.
+/// Pixels that are not finite are 0. Throws std::invalid_argument for wavelengths whose number is
+/// not that of the planes.
 std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
                                        const std::vector<double>& wavelengths);
 
@@ -138,8 +140,8 @@ struct PictureFileOptions {
 void check_picture_file(const PictureFileOptions& options, int width, int height);
 
 /// A picture file written row by row from the top; it is complete or absent. The format is PNG
-/// (RGB, marked as sRGB) or 24-bit BMP. Standard output gets the bytes when all are there. A
-/// channel of 8 bits is the nearest to its 16 bits.
+/// (RGB, marked as sRGB) or 24-bit BMP. Standard output gets the bytes when the file is complete.
+/// Channels of 8 bits are rounded from 16.
 class PictureFile {
  public:
   /// Throws RunError if the file cannot be made.

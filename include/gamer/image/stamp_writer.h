@@ -12,7 +12,7 @@
 
 namespace gamer {
 
-/// The description of one stamp, besides what all stamps of a file share.
+/// The part of a stamp's description that differs from stamp to stamp.
 struct StampHeader {
   int width = 1, height = 1;
   std::string name;                      ///< EXTNAME
@@ -23,7 +23,8 @@ struct StampHeader {
 
 /// Takes the stamps of one FITS file in any order and leaves a complete file or none, as
 /// ImageWriter does. An empty primary HDU has the cards. An image HDU for each stamp follows, with
-/// all planes as in a cube. The tables come last. Pixels go to disk at once. It serves one thread.
+/// all planes as in a cube. The tables come last. Pixels go to disk at once. One thread may use a
+/// writer.
 class StampWriter {
  public:
   virtual ~StampWriter() = default;

@@ -36,8 +36,8 @@ struct PixelMap {
 /// place and comment; a map that only shifts changes CRPIXi and LTVi alone.
 ///
 /// Throws InputError with `label` for distortions in tables or by WCS Paper IV (CPDISi, CQDISi,
-/// D2IMDISi), which are stored elsewhere. Throws InputError also for SIP orders outside 0 to 9.
-/// Throws std::invalid_argument where M is singular.
+/// D2IMDISi), which are stored elsewhere. SIP orders outside 0 to 9 are errors, too. Throws
+/// std::invalid_argument where M is singular.
 void map_pixels(FitsHeader& header, const PixelMap& map, const std::string& label);
 
 }  // namespace gamer

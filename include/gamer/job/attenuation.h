@@ -16,8 +16,8 @@ enum class ObservedLight {
   none   ///< not at all: in relative images, and where neither dust nor texture needs it
 };
 
-/// How a galaxy's magnitude includes dust. `unit` is that of the image. The light of drafts does
-/// not depend on their pixels.
+/// How a galaxy's magnitude includes dust. `unit` is that of the image. In drafts the light of a
+/// galaxy does not depend on the pixels.
 ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters& parameters,
                              const Camera& camera, PixelUnit unit, bool is_draft);
 
@@ -26,8 +26,8 @@ ObservedLight observed_light(const PlacedGalaxy& placed, const RenderParameters&
 /// `camera` are those of the image.
 void choose_drawn_stars(const RenderParameters& parameters, const Camera& camera, Scene& scene);
 
-/// Decides which galaxies of a job are layers: those that can be, whatever else the scene holds.
-/// Drafts have none.
+/// Makes layers of all galaxies of a job for which can_be_layer() holds, whatever else the scene
+/// holds. Drafts have no layers.
 void choose_layers(RenderJob& job, bool is_draft);
 
 /// The footprints of the parallel rays of apply_attenuation().

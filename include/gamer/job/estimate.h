@@ -26,10 +26,10 @@ struct Preparation {
 
 /// Estimates a job that has been read and completed. For about `most_seconds` this function renders
 /// squares of up to 16 x 16 pixels, and at least one pixel. A place is chosen with a probability
-/// proportional to its cost by sample_costs(). With `truth` a few galaxies are also measured, for
-/// up to `most_seconds`. Times are processor times of the thread. The estimate assumes that rank 0
-/// hands out blocks and writes while its threads render. The time of the file system is left out.
-/// Rows and objects that are `done` cost only their writing.
+/// proportional to the cost that sample_costs() gives it. With `truth` a few galaxies are also
+/// measured, for up to `most_seconds`. Times are processor times of the thread. The estimate
+/// assumes that rank 0 hands out blocks and writes while its threads render. The time of the file
+/// system is left out. Rows and objects that are `done` cost only their writing.
 JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int threads,
                          const Preparation& preparation, const FinishedWork& done = {},
                          double most_seconds = 2);

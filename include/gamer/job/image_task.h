@@ -60,7 +60,7 @@ std::string hindrance(const OutputOptions& output, const JobOptions& options,
 void check_outputs(const RenderParameters& parameters, const ImageHeader& image,
                    const ImageHeader& truth);
 /// A check that throws InputError if a job would overwrite one of its own input files, under any
-/// name. The check also holds with `overwrite`, since the name is then a mistake.
+/// name. It also applies with `overwrite`, since such a name is a mistake.
 class InputFiles {
  public:
   explicit InputFiles(const RenderJob& job);

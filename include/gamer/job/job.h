@@ -70,7 +70,7 @@ struct RenderJob {
   Pending pending = {};
   /// Layers that complete() made of galaxies of fixed flux; null if none.
   std::shared_ptr<const GalaxyLayers> layers = {};
-  /// Rays of these layers that did not reach the tolerance, on all ranks.
+  /// Number of rays of these layers, on all ranks, that did not reach the tolerance.
   double unconverged_rays = 0;
   RenderCounts layer_counts = {};  ///< of this rank's share of the layers
   /// [galaxy] What complete() measured for the table of truth; empty if nothing.

@@ -32,25 +32,25 @@ class MessageLog {
                       std::FILE* err = stderr, std::function<std::time_t()> now = {});
 
   Format format() const { return format_; }
-  /// From now on, prints answers and errors only.
+  /// Prints only answers and errors from now on.
   void be_quiet() { is_quiet_ = true; }
   bool is_quiet() const { return is_quiet_; }
 
-  /// A text that the user has asked for.
+  /// Prints a text that the user has asked for.
   void answer(const std::string& text) const;
-  /// The line that says which file was made.
+  /// Prints the line that says which file was made.
   void result(const std::string& text) const;
   void info(const std::string& text) const;
   void warning(const std::string& text) const;
-  /// A message that names the program or the place.
+  /// Prints a message that names the program or the place.
   void error(const std::string& text) const;
-  /// Lines of a table, which begin with the program's name.
+  /// Prints lines of a table, which begin with the program's name.
   void table(const std::string& lines) const;
   /// Makes signals say "stopped by SIGTERM" and the rest, see clean_up.h.
   void say_when_stopped(const std::string& rest) const;
 
  private:
-  /// One line for machines.
+  /// Prints one JSON object on a line.
   void print_json(const char* level, const std::string& text) const;
 
   Format format_;

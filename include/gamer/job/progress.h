@@ -15,7 +15,7 @@ class Progress {
   enum class Style {
     none,
     bar,    ///< one line that is redrawn, for a terminal
-    lines,  ///< after a minute, a dated line each minute and each tenth
+    lines,  ///< after the first minute, a dated line for each minute and each tenth
     json    ///< json_message() at once, each tenth of the time so far, and at the end
   };
   /// The style that suits `stream`.

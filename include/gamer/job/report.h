@@ -17,7 +17,7 @@ struct RankReport {
   RunTimes runs;       ///< in executors
   double writing = 0;  ///< writing of output files, also outside of runs
   RenderCounts counts;
-  RenderCounts layer_counts;  ///< of layers that fixed the fluxes of galaxies, a part of the set-up
+  RenderCounts layer_counts;      ///< of layers of galaxies of fixed flux, a part of the set-up
   std::uint64_t peak_memory = 0;  ///< bytes
 };
 

@@ -18,7 +18,7 @@ namespace gamer {
 std::filesystem::path journal_path(const OutputOptions& output);
 
 /// "gamer 1.0.0, build 0a1b2c3d": name, version and, if the program can read its own file, a
-/// checksum that tells builds apart.
+/// checksum that distinguishes builds.
 std::string program_text();
 
 /// Throws InputError on rank 0 if another rank has another build. Every rank calls this function.
@@ -27,13 +27,13 @@ void check_same_program(const Ranks& ranks);
 /// The head of a new job, with this program and instruction set.
 JournalHead make_journal_head(const RenderJob& job, std::string truth);
 
-/// Throws InputError "<label>: ..." that names all differences of two jobs. Different programs are
-/// named alone. For equal programs the differences are parameters with both values, other texts
-/// with their first different line, and the truth.
+/// Throws InputError "<label>: ..." that names all differences of two jobs. If the programs differ,
+/// it names only these. Otherwise it names parameters with both values, other texts with their
+/// first different line, and the truth.
 void check_same_job(const JournalHead& then, const JournalHead& now, const std::string& label);
 /// Throws InputError unless an existing image belongs to this job. BMP pictures cannot be checked.
 void check_same_job(const std::filesystem::path& image, const Record& now);
-/// The check above, with the image's record, which has been read.
+/// The check above with `then`, the image's record.
 void check_same_job(const std::filesystem::path& image, const Record& then, const Record& now);
 
 /// The mask of instruction sets that reproduces the journal's rows. Throws InputError if this

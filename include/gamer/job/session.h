@@ -55,19 +55,19 @@ struct RenderProgress {
 
 struct Rendering;
 
-/// What a render makes besides pixels, and how its caller watches and ends it.
+/// The results that a render makes besides pixels, and the caller's means to watch and end it.
 struct RenderControl {
   bool truth = false;         ///< make table TRUTH and the images of [truth]
   bool truth_images = false;  ///< make those images even without the table
-  /// Called in the thread that called Session::render(). An exception of it ends the render.
+  /// Called in the thread that called Session::render(). Its exceptions end the render.
   std::function<void(const RenderProgress&)> progress = {};
   /// Called in that thread with finished rows of an image. Without a team rows come from the middle
-  /// outwards, at most Renderer::tile_rows at once. An exception of it ends the render.
+  /// outwards, at most Renderer::tile_rows at once. Its exceptions end the render.
   std::function<void(RowRange rows, const Rendering& rendering)> finished = {};
   /// Ends the render at the next tile; Session::render() then throws Cancelled. May be null.
   const Cancellation* cancellation = nullptr;
-  /// Processes that render the image together. Each calls Session::render() with an equal job, and
-  /// gets the whole rendering. They share the rays; each measures the galaxies itself.
+  /// Processes that render the image together. Each calls Session::render() with an equal job and
+  /// gets the whole rendering. They share the rays, but each measures the galaxies itself.
   std::optional<Team> team = {};
 };
 
@@ -96,8 +96,8 @@ struct Rendering {
 };
 
 /// Renders into memory, any number of times. A session keeps its galaxies and their calibrations.
-/// Renders that differ in camera, spectra, magnitudes or places measure nothing again. Pixels are
-/// those of the program, bit for bit, whatever was rendered before.
+/// Renders that differ only in camera, spectra, magnitudes or places need no new measurements.
+/// Pixels equal those of the program, bit for bit, whatever was rendered before.
 ///
 /// Several threads may use a session at the same time; each render has threads of its own.
 class Session {

@@ -60,8 +60,8 @@ class StampRenderer {
   std::vector<const PlacedStar*> stars_;
 };
 
-/// The number of values of a piece, at least 256, for which all stamps have at most `most` pieces.
-/// `values` has the number of values of each stamp; each stamp begins with a new piece.
+/// The number of values of a piece, at least 256, for which all stamps together have at most `most`
+/// pieces. `values` has the number of values of each stamp; each stamp begins with a new piece.
 std::size_t stamp_piece(std::span<const std::size_t> values, std::uint64_t most);
 
 /// A job of stamps with its file, as rank 0 has it.

@@ -19,9 +19,10 @@ void check_star_table(const RenderJob& job);
 ///   mag_dustfree_<label> (flux_... in relative images), optical_depth (of the first plane),
 ///   temperature (K; NaN for stars of one spectrum), luminosity, share (of its light that is drawn
 ///   as a point), object, field. Cards FIELDn and QLIMITn name the fields and their q0.
-/// Magnitudes are of all the star's light. Rows ascend by pixel: y, then x. One run of the executor
-/// counts the stars, and a second one describes them. Every rank calls this function; rank 0 gets
-/// the table. On rank 0 `count` is called with the number of rows of the image that are finished.
+/// Magnitudes are of all the star's light. Rows ascend by pixel: y, then x. A first run of the
+/// executor counts the stars, and a second describes them. Every rank calls this function; rank 0
+/// gets the table. On rank 0 `count` is called with the number of rows of the image that are
+/// finished.
 DataTable star_table(const RenderJob& job, const Renderer& renderer, Executor& executor,
                      const std::function<void(int rows)>& count = {});
 

@@ -5,8 +5,8 @@
 
 namespace gamer {
 
-/// Whether the white of a job's picture must be measured, because the discs of its stars are as
-/// bright.
+/// Whether the white of a job's picture must be measured, since it is the brightness of the discs
+/// of stars.
 bool measures_star_tone(const RenderParameters& parameters, const Scene& scene);
 
 /// The tone of a picture of an image that has the planes of a job.
@@ -18,8 +18,8 @@ PictureTone picture_tone(const RenderJob& job, const Image& image);
 /// numbers.
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads);
 
-/// `output` with the tone of the stars' discs for a picture that has no tone of its own. The discs
-/// are then white.
+/// `output` with the tone of find_star_tone() for a picture that has no tone of its own. The discs
+/// of stars are then white.
 OutputOptions toned_output(const OutputOptions& output, const RenderParameters& parameters);
 
 }  // namespace gamer

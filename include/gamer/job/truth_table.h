@@ -27,7 +27,7 @@ void write_truth_table(const std::filesystem::path& path, const DataTable& table
 DataTable truth_table(const RenderJob& job, Executor& executor,
                       const std::function<void(int objects)>& count = {});
 
-/// Properties of a galaxy for its row. They are those that complete() measured; without them this
+/// The properties of a galaxy for its row, as complete() measured them. If it did not, this
 /// function measures the galaxy.
 GalaxyMeasure measure_for_truth(const RenderJob& job, std::size_t galaxy);
 

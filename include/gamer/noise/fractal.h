@@ -16,12 +16,12 @@ namespace gamer {
 
 /// The contribution of one octave for rays of given footprints (FractalNoise::see()).
 struct SeenOctave {
-  const float* values;  ///< values at weight 1; not read if no ray resolves the octave
+  const float* values;  ///< values for weight 1; not read if no ray resolves the octave
   float weight;
   float weighted_mean;
   float mean;            ///< mean of a ridge without its weights
-  float share;           ///< of the variance of S
-  float coherent_share;  ///< share of the coherent part through the layer
+  float share;           ///< share of the variance of S
+  float coherent_share;  ///< share that is constant through the layer
   /// The smoothstep's argument is fade_shift - fade_slope footprint.
   float fade_slope;
   float fade_shift;
@@ -89,14 +89,15 @@ class FractalNoise {
   void sum(const Points& points, float* out) const;
   /// The density Phi.
   void evaluate(const Points& points, float* out) const;
-  /// The octaves that rays see at equal points, for several sets of footprints. Base noises are
-  /// evaluated once for all sets, and counted.
+  /// The octaves that rays see at the same points, for several sets of footprints. Base noises are
+  /// evaluated once for all sets; `evaluations` counts their values.
   void see(const Points& points, std::span<const float* const> footprints, std::span<SeenNoise> out,
            std::uint64_t& evaluations) const;
   /// The expectation of Phi over all hidden octaves.
   void expect(std::size_t size, const SeenNoise& seen, float* out) const;
   /// The expectation of Phi where the coherent part of the hidden octaves is `deviation` standard
-  /// deviations. The variance of this part is `coherence` (null for 1) times that of `seen`.
+  /// deviations from its mean. The variance of this part is `coherence` (null for 1) times that of
+  /// `seen`.
   void expect(std::size_t size, const SeenNoise& seen, const float* coherence, double deviation,
               float* out) const;
   /// Whether rays of this footprint hide a part of an octave.

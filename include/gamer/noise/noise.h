@@ -26,7 +26,7 @@ struct Octave {
   std::int32_t period[3] = {0, 0, 0};
 };
 
-/// How octaves n_k = P(f_k x + o_k) of weights w_k, k = 1, 2, ..., become one value.
+/// The combination of octaves n_k = P(f_k x + o_k) of weights w_k, k = 1, 2, ..., to one value.
 struct Combination {
   enum class Kind {
     additive,        ///< sum w_k n_k

@@ -39,8 +39,8 @@ struct RunTimes {
   }
 };
 
-/// An executor hands blocks of rows to workers and takes the results in, without interpreting the
-/// content of rows.
+/// An executor hands blocks of rows to workers and collects the results; the content of rows is not
+/// its concern.
 class Executor {
  public:
   /// Fills `values` (range.size() * values_per_row numbers) for a range of rows. Called from any
@@ -77,8 +77,8 @@ class Executor {
   RunTimes times_;
 };
 
-/// Thrown on ranks other than 0 when the job ended elsewhere. There is nothing to report. The exit
-/// code is `code`: 2 for an InputError, else 1.
+/// Thrown on ranks other than 0 when the job ended on another rank, which reports the reason. The
+/// exit code is `code`: 2 for an InputError, else 1.
 struct Stopped {
   int code = 1;
 };
@@ -97,8 +97,8 @@ class ThreadExecutor : public Executor {
   int threads_;
 };
 
-/// Number of cores that this process may use, at least 1. It is that of the affinity mask, or the
-/// CPU quota of the control group, rounded up, where this is lower.
+/// Number of cores that this process may use, at least 1. The number is that of the affinity mask,
+/// or the control group's CPU quota, rounded up, where this is lower.
 int available_cores();
 
 }  // namespace gamer

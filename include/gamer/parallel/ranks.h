@@ -18,7 +18,7 @@ class RankGroup;
 ///
 /// Every rank calls the same functions in the same order, each from the thread that made the
 /// object. A rank that cannot go on calls end() at any time; otherwise ~Ranks calls it. The other
-/// ranks notice this while they wait or at their next call: rank 0 throws the reason, and the rest
+/// ranks notice it while they wait or at their next call: rank 0 throws the reason, and the rest
 /// throw Stopped. Thus every rank reaches its end() and none hangs.
 class Ranks {
  public:

@@ -40,7 +40,7 @@ class TeamExecutor : public Executor {
   void agree(std::uint64_t number) { meet(nullptr, number); }
   /// The sum of every rank's number.
   std::uint64_t sum(std::uint64_t number);
-  /// Tells the other ranks that this one has failed, or is done. They learn it in their present or
+  /// Tells the other ranks that this one has failed or is done. They learn it in their current or
   /// next call of this class. Without a failure here it throws RunError where another rank has
   /// failed. Once all ranks know of a failure, further calls do nothing.
   void leave(const std::exception_ptr& failure = nullptr);

@@ -13,8 +13,8 @@ namespace gamer {
 
 /// A smooth function through values at ascending times: cubic Hermite pieces with continuous slope.
 /// The slope at a value is that of the parabola through the value and its two neighbours. At an end
-/// the parabola passes through the last three values. Parabolas are met exactly; two values give a
-/// straight line.
+/// the parabola passes through the last three values. Values on a parabola are interpolated
+/// exactly; two values give a straight line.
 template <class Value>
 class SmoothPath {
  public:
@@ -34,7 +34,7 @@ class SmoothPath {
 /// Positions and targets follow a SmoothPath, and so do the logarithms of fov and width. Without
 /// animation.up, camera.up is up in every frame, so that the horizon stays level. With
 /// animation.up, each key has its own roll. The keys' orientations are unit quaternions, with the
-/// signs that bring neighbours closest. Their four components follow a SmoothPath, and the shortest
+/// signs that bring neighbours closest. Their four components follow a SmoothPath. The shortest
 /// turn then points the view at the target. The view thus never rolls suddenly, even where the path
 /// passes straight above the target.
 class CameraPath {
@@ -45,10 +45,9 @@ class CameraPath {
   };
 
   /// Throws InputError for a projection without a target, and for a fov or width that the
-  /// projection lacks. Throws it also for lists of different lengths, for times that do not ascend,
-  /// and for a frame whose view has no direction. With a level horizon, the direction must not be
-  /// too near to up. Throws it, too, for a frame beyond the projection's fov or the range of
-  /// numbers.
+  /// projection lacks. Other errors are lists of different lengths, and times that do not ascend. A
+  /// frame's view must have a direction, with a level horizon one that is not too near to up.
+  /// Frames beyond the projection's fov or the range of numbers are errors, too.
   explicit CameraPath(const RenderParameters& parameters);
 
   int frames() const { return frames_; }

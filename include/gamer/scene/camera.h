@@ -46,7 +46,7 @@ class Camera {
   /// A sky view with this WCS. Throws InputError where the WCS does not suit the image's size.
   Camera(const RenderParameters& parameters, const CelestialWcs& wcs);
 
-  /// A side of a plane: the points p of the scene with dot(normal, p - origin()) >= offset.
+  /// The half-space of the points p of the scene with dot(normal, p - origin()) >= offset.
   struct HalfSpace {
     glm::dvec3 normal;
     double offset;
@@ -73,14 +73,14 @@ class Camera {
   /// pixels of unequal area. The weight is density(), in sr per pixel^2. It is 1 in other views.
   bool weighs_parts() const { return sphere_ && !sphere_->is_equal_area(); }
   double density(double x, double y) const { return sphere_ ? sphere_->density(x, y) : 1; }
-  /// About the longest side of the image's pixels at a point of the scene, scene units.
+  /// The approximate longest side of the image's pixels at a point of the scene, scene units.
   double pixel_size(const glm::dvec3& point) const;
   /// Whether there may be pixels that show no sky.
   bool has_edge() const;
   /// Rows of one face of a view of the sphere; all rows of the image in other views.
   int face_rows() const { return sphere_ ? sphere_->face_rows() : height_; }
-  /// The pixel that stands for (x, y), which lies a few pixels from the place `at`. In a view of
-  /// the sphere it is the joining pixel where a seam lies between; in other views it is (x, y).
+  /// The pixel that stands for (x, y), which lies a few pixels from the place `at`. Where a seam of
+  /// a view of the sphere lies between, it is the pixel that joins there; otherwise it is (x, y).
   glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const;
   /// Whether neighbour(at, x, y) differs from (x, y) somewhere within `reach` pixels of `at`.
   bool is_near_seam(const glm::dvec2& at, double reach) const {

@@ -17,7 +17,7 @@ enum class Projection {
   perspective,
   orthographic,
   sky,
-  // These map the sphere around the camera: see SphereProjection.
+  // The following views map the sphere around the camera: see SphereProjection.
   fisheye,
   equirectangular,
   cubemap,

@@ -95,9 +95,9 @@ class Catalogue {
   TextRows places_;  ///< places of a text's rows
 };
 
-/// Factor that turns a value in `from` into one in `to`; nothing where either is unknown or their
-/// dimensions differ. Spellings are those of FITS, astropy and SExtractor, in exact case. Each line
-/// is a dimension; spellings between semicolons mean one unit:
+/// The factor that converts values from the unit `from` to the unit `to`; nothing where one is
+/// unknown or their dimensions differ. Spellings are those of FITS, astropy and SExtractor, in
+/// exact case. Each line is a dimension; spellings between semicolons mean one unit:
 ///   angle       deg degree degrees; rad radian; arcmin; arcsec; mas; hourangle
 ///   distance    pc; kpc; Mpc; Gpc
 ///   wavelength  Angstrom angstrom Angstroms AA; nm; um micron; m

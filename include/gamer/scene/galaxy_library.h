@@ -41,8 +41,8 @@ class GalaxyLibrary {
   /// (Accuracy::shares_closure is false).
   void keep_closures_apart() { settings_.accuracy.shares_closure = false; }
 
-  /// Galaxies made after this call are measured over few points, and equally for every camera and
-  /// tolerance. The light of a component then errs by a few per cent.
+  /// Galaxies made after this call are measured over few points, and in the same way for every
+  /// camera and tolerance. The light of a component then has an error of a few per cent.
   void measure_as_draft();
   bool measures_as_draft() const { return is_draft_; }
   /// The footprints for which drafts are measured. Wider footprints occur only at higher
@@ -91,7 +91,7 @@ class GalaxyLibrary {
   Source source_of(const std::string& type, const std::string& sed, std::uint64_t row_seed,
                    const SceneRow& row);
   std::shared_ptr<Galaxy> make(const std::string& type, const Source& source);
-  /// Adds a galaxy whose reference, if it has one, others must not share.
+  /// Adds a galaxy without making its reference that of later galaxies.
   void add_alone(const std::string& type, const std::string& sed, std::uint64_t seed,
                  std::shared_ptr<const Galaxy> galaxy);
 

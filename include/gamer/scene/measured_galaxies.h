@@ -30,8 +30,8 @@ class MeasuredGalaxies {
   /// The galaxy of this key; `resources` then records its files, too. Nothing if there is no such
   /// galaxy or a file has changed.
   std::optional<Entry> find(const std::string& key, Resources& resources);
-  /// The galaxy that was added last from a file of this label; null if there is none. It serves as
-  /// the twin of a galaxy of the edited file.
+  /// The galaxy that was last added from a file of this label; null if there is none. It is the
+  /// twin of a galaxy of the edited file.
   std::shared_ptr<const Galaxy> latest(const std::string& label);
   void add(const std::string& key, Entry entry);
 

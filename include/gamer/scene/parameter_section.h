@@ -16,8 +16,7 @@ struct KeyCondition {
   bool holds(const ParameterSet& section) const;
 };
 
-/// A declared section of a render parameter file. The declarations are the only place where its
-/// keys stand.
+/// A declared section of a render parameter file. Its keys are stated in the declarations alone.
 struct ParameterSection {
   std::string name;
   std::string description;

@@ -29,10 +29,10 @@ class RenderParameters {
   /// Reads a parameter file's tree (after --set). Sections [galaxy.TYPE.COMPONENT] add to
   /// scene.overrides. Throws InputError for unknown sections and keys, wrong types, and values out
   /// of their interval. Other errors are empty or repeated wavelengths or bands, and a unit whose
-  /// requirements are missing. Conflicting keys are camera.fov in an orthographic view, image.size
-  /// of a HEALPix map, image.region of a view of the sphere, and sampling.step with the adaptive
-  /// sampler. Stamps need a sky view without a region and without field stars. A camera's target
-  /// must differ from its position, and its up must not be parallel to the view.
+  /// requirements are missing. Keys that conflict are camera.fov in an orthographic view,
+  /// image.size of a HEALPix map, image.region of a view of the sphere, and sampling.step with the
+  /// adaptive sampler. Stamps need a sky view without a region and without field stars. A camera's
+  /// target must differ from its position, and its up must not be parallel to the view.
   static RenderParameters read(const ConfigNode& root);
   /// Every key that applies, with its value, as a parameter file; reading it gives equal
   /// parameters.

@@ -20,7 +20,7 @@ struct NoiseSettings {
 
 enum class SamplerKind { uniform, adaptive };
 
-/// Section [sampling]: how rays are sampled.
+/// Section [sampling]: the sampling of rays.
 struct SamplingSettings {
   static ParameterSection section();
   static SamplingSettings read(const ParameterSet& values);

@@ -103,16 +103,16 @@ struct Scene {
   Unlikely unlikely = {};
   std::vector<std::string> remarks = {};  ///< warnings about the catalogue's columns
   /// The objects of rows as a scene list, by object number; field stars ([stars]) have higher
-  /// numbers. With equal parameters the list reads back to an equal scene.
+  /// numbers. Read with equal parameters, the list gives an equal scene.
   SharedText list;
   std::vector<std::size_t> kept = {};  ///< [row of the list]: row of the catalogue, from 0
-  /// The catalogue's columns that the list lacks, by row of the list: `row` (of the catalogue, from
-  /// 1), then the others. See other_columns().
+  /// The catalogue's columns that the list lacks, by row of the list. The first, `row`, is the row
+  /// of the catalogue, from 1. See other_columns().
   DataTable others = {};
   /// In a region of a sky view, the probes of the whole image, so that the region has the image's
   /// spectral nodes. Without these probes the scene's own galaxies are probes.
   std::optional<SpectralProbes> probes = std::nullopt;
-  /// Rows at the end of the list that are no objects: probes beyond the region.
+  /// Number of rows at the end of the list that are probes beyond the region, not objects.
   std::size_t extra_rows = 0;
 };
 
@@ -129,9 +129,9 @@ struct Scene {
 /// dust, seen face on (LightProfile).
 ///
 /// g1, g2 and kappa distort a galaxy's image about its centre. The image at theta shows the source
-/// at A theta, A = (1 - kappa) [[1 - g1, -g2], [-g2, 1 + g1]]. Coordinates are (North, East), in
-/// other views the image's (+y, -x). Surface brightness is conserved, so that the flux grows by
-/// 1/det A.
+/// at A theta, A = (1 - kappa) [[1 - g1, -g2], [-g2, 1 + g1]]. Coordinates are (North, East) in sky
+/// views, otherwise the image's (+y, -x). Surface brightness is conserved, so that the flux grows
+/// by 1/det A.
 ///
 /// In a sky view positions are ra dec, or dx dy (in the tangent plane at the image's middle), or px
 /// py. A galaxy stands at the comoving distance of its redshift or at distance/(1+z); with neither

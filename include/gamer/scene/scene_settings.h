@@ -22,7 +22,7 @@ struct SceneSettings {
   std::optional<double> megaparsec() const;
 };
 
-/// Section [catalogue]: how a catalogue is read as a scene.
+/// Section [catalogue]: the reading of a catalogue as a scene.
 struct CatalogueSettings {
   static ParameterSection section();
   static CatalogueSettings read(const ParameterSet& values);

@@ -39,8 +39,8 @@ struct SpectralProbes {
 /// The SED of a galaxy's first component that shines; null where there is none.
 const Sed* first_light(const Galaxy& galaxy);
 
-/// Chooses the probes among an image's galaxies. Candidates are the first galaxy of each redshift
-/// and extinction curve. At most six are taken, evenly spread over the redshifts.
+/// Chooses the probes among an image's galaxies. Candidates are the first galaxy with each pair of
+/// redshift and extinction curve. At most six are taken, evenly spread over the redshifts.
 class ProbeChooser {
  public:
   void add(const std::shared_ptr<const Galaxy>& galaxy, double redshift, std::size_t row);

@@ -33,7 +33,8 @@ struct Spectrum {
 };
 
 /// Pixel value of 1 nJy (units of flux) or 1 nJy/sr (of surface brightness). For magnitudes it is
-/// the value in nJy/arcsec^2; for relative units, f_lambda of c F_nu = 1 Angstrom^2.
+/// the brightness in nJy/arcsec^2, from which the magnitude is made. For relative units it is
+/// f_lambda of c F_nu = 1 Angstrom^2.
 double value_of_nanojansky(const SpectralPlane& plane, PixelUnit unit,
                            const RenderParameters& parameters);
 

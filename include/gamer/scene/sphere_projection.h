@@ -15,10 +15,10 @@ inline double middle_pixel(int size) { return 0.5 * (size - 1); }
 
 class RenderParameters;
 
-/// How an image shows the directions around the camera. A direction is a unit vector (right, up,
-/// forward). Forward points to the camera's target, the map's centre; up is the pole, camera.up
-/// made perpendicular to forward. Longitude l grows from forward to the left, as on the sky seen
-/// from inside; latitude b grows towards up:
+/// The map between directions around the camera and places of an image. A direction is a unit
+/// vector (right, up, forward). Forward points to the camera's target, the map's centre; up is the
+/// pole, camera.up made perpendicular to forward. Longitude l grows from forward to the left, as on
+/// the sky seen from inside; latitude b grows towards up:
 ///   (right, up, forward) = (-cos b sin l, sin b, cos b cos l).
 ///
 /// Pixel coordinates are those of Camera. An image may consist of faces, one above the other.
@@ -35,7 +35,7 @@ class SphereProjection {
   virtual double density(double x, double y) const = 0;
   /// Whether all pixels, and equal parts of pixels, have equal solid angles.
   virtual bool is_equal_area() const { return false; }
-  /// About the longest side of any pixel, rad.
+  /// The approximate longest side of any pixel, rad.
   virtual double pixel_angle() const = 0;
   /// Rows of a face; all rows where there is one face.
   virtual int face_rows() const { return height_; }
@@ -65,8 +65,9 @@ std::unique_ptr<SphereProjection> make_fisheye(int width, int height, double fov
 std::unique_ptr<SphereProjection> make_equirectangular(int width, int height);
 
 /// The six sides of a cube seen from its middle, each `size` pixels wide and high. Their order is
-/// that of FITS (Calabretta & Greisen 2002, section 5.6): up, front, left, back, right, down. The
-/// four sides around have up at their top; the upper and lower sides join the front side.
+/// that of FITS (Calabretta & Greisen 2002, section 5.6): up, front, left, back, right, down.
+/// Front, left, back and right have up at their top; the upper and lower sides are oriented so that
+/// they join the front side.
 std::unique_ptr<SphereProjection> make_cubemap(int size);
 
 /// HEALPix (Gorski et al. 2005, ApJ 622, 759): pixels of equal area. Faces are the twelve base

@@ -19,10 +19,10 @@ struct FieldStarParameters {
   SourceLocation number_where;
 };
 
-/// Radius of the halo and length of the spikes of a bright star, in radii of its core.
+/// Radius of a bright star's halo and length of its spikes, in radii of its core.
 inline constexpr double star_halo_radii = 6;
 
-/// Section [stars]: the field stars and how all stars are drawn.
+/// Section [stars]: the field stars, and the drawing of all stars.
 struct StarSettings {
   static ParameterSection section();
   /// Throws InputError where field stars have magnitudes or temperatures in the wrong order.
@@ -32,11 +32,10 @@ struct StarSettings {
   bool antialiased = true;
   /// Whether bright stars are discs; if not given, they are discs in pictures.
   std::optional<bool> discs;
-  /// The brightness of discs in the image's unit; if not given, the white of the image's picture.
+  /// Brightness of discs in the image's unit; if not given, that of white in the image's picture.
   std::optional<double> white_point;
   double largest_radius = 8;  ///< of a star's core or disc, pixels
-  /// About the share of a bright star's light in its halo, and the share in four diffraction
-  /// spikes.
+  /// The approximate shares of a bright star's light in its halo and in four diffraction spikes.
   double halo = 0.6, spikes = 0;
   /// Largest distance of a bright star's light from its centre, pixels.
   double reach() const;

@@ -20,7 +20,7 @@ class ExtinctionCurve {
 };
 
 /// Cardelli, Clayton & Mathis 1989 (ApJ 345, 245): A(lambda)/A(V) = a(x) + b(x)/R_V with x =
-/// 1/lambda in 1/um, in [0.3, 10] (1000 to 33333 Angstrom); it is 1 at x = 1.82. The far
+/// 1/lambda in 1/um, in [0.3, 10] (1000 to 33333 Angstrom). The curve is 1 at x = 1.82. The far
 /// ultraviolet polynomials (x >= 8) are extrapolated to the Lyman limit, 912 Angstrom, where they
 /// give 6.880 for R_V = 3.1. The published curve's steps of up to 3e-4 between its pieces (x = 1.1,
 /// R_V = 3.1) are kept.

@@ -152,8 +152,8 @@ std::string percent_decode(std::string_view text) {
   return decoded;
 }
 
-// CFITSIO's functions (4.2) for long names and strings overflow their buffers where a string has
-// many quotes or a name is too long.
+// Records are made here, since CFITSIO's functions (4.2) for long names and strings overflow their
+// buffers. They do so where a string has many quotes or a name is too long.
 std::vector<std::string> card_records(const Card& card) {
   if (std::holds_alternative<std::monostate>(card.value) && is_line(card.key)) {
     return line_records(card);
@@ -269,7 +269,7 @@ Card parse_card(std::span<const std::string> records) {
       std::string text = unquote(parsed.value);
       for (std::size_t i = 1; i < records.size() && !text.empty() && text.back() == '&'; ++i) {
         std::string next = records[i];
-        // CFITSIO's parser looks for '=', which a continuation has not.
+        // CFITSIO's parser looks for '=', which continuations lack.
         next.replace(0, continue_card.size(), "CONTINU = ");
         const ParsedCard more = parse_record(next);
         text.pop_back();

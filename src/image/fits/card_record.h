@@ -22,15 +22,14 @@ inline constexpr std::size_t record_width = 80, keyword_width = 8;
 /// The beginning of records with non-standard keys.
 inline constexpr std::string_view hierarch = "HIERARCH ";
 
-/// Makes a text fit for FITS headers and character columns, which hold printing ASCII only and lose
-/// blanks at the end. Other bytes, a last blank, and a '%' before two hexadecimal digits become
-/// %XX.
+/// Encodes a text for FITS headers and character columns, which hold only printing ASCII and lose
+/// trailing blanks. Other bytes, a last blank, and a '%' before two hexadecimal digits become %XX.
 std::string percent_encode(std::string_view text);
 /// The inverse; every %XX becomes its byte.
 std::string percent_decode(std::string_view text);
 
 /// The number with the fewest digits that read back to it. It has the point that FITS and YAML
-/// require in floating-point numbers, and FITS' capital E.
+/// require in floating-point numbers, and the capital E of FITS.
 std::string fits_number(double value);
 
 /// `text` without blanks at its end.

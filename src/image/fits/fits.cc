@@ -210,7 +210,7 @@ class FitsWriter final : public ImageWriter {
   };
 
   /// Writes one plane of the rows. Rows of zeros are skipped, since unwritten parts of a file are
-  /// zero. So a mostly empty image costs little.
+  /// zero; a mostly empty image thus costs little.
   template <class Value>
   void write_plane(int plane, int first, int count, std::span<const double> values,
                    std::vector<Value>& row) {
@@ -289,7 +289,7 @@ class FitsWriter final : public ImageWriter {
   int width_, height_, planes_;
   std::vector<std::unique_ptr<Output>> outputs_;
   std::vector<PixelSum> sums_;   ///< [plane][face]
-  bool has_rewritten_ = false;   ///< some rows came twice: the sums are wrong
+  bool has_rewritten_ = false;   ///< whether rows came twice, which spoils the sums
   std::vector<float> floats_;    ///< a row
   std::vector<double> doubles_;  ///< a row
   std::vector<bool> written_;

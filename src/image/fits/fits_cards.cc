@@ -18,8 +18,8 @@ namespace {
 constexpr const char* line_column = "LINE";
 /// Value of column LINE in rows that continue a line.
 constexpr int continued_line = 0;
-/// Longer lines are cut into pieces of so many bytes, which keeps columns narrow. CFITSIO allows no
-/// column wider than 28799.
+/// Lines are cut into pieces of at most this many bytes, which keeps columns narrow. CFITSIO allows
+/// no column wider than 28799.
 constexpr std::size_t longest_piece = 200;
 
 std::string read_record(FitsFile& file, int number) {

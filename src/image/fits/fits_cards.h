@@ -22,7 +22,7 @@ void append_plane_cards(std::vector<Card>& cards, const ImageHeader& header, int
 /// Appends a card to the current header, see card_records().
 void write_card(FitsFile& file, const Card& card);
 
-/// Writes all cards, and LONGSTRN, which announces continued strings, where there are some.
+/// Writes all cards. If strings are continued it also writes LONGSTRN, which announces them.
 void write_cards(FitsFile& file, const std::vector<Card>& cards);
 
 /// The current header's records, unchanged.

@@ -51,10 +51,11 @@ class FitsFile {
   /// piece.
   void check_sums();
 
-  /// Reserves the data of the current HDU, the last, whose header is complete: zeros that take no
-  /// space on disk. CFITSIO would write them before the first pixel of a later row.
+  /// Reserves the data of the current HDU as zeros that take no space on disk. The HDU is the last,
+  /// and its header is complete. Without this call CFITSIO would write zeros before the first pixel
+  /// of a row that comes early.
   void reserve_data();
-  /// Flushes and closes; the destructor does so too, but cannot report an error.
+  /// Flushes and closes the file, as does the destructor, which cannot report errors.
   void close();
 
   fitsfile* handle() const { return handle_; }

@@ -149,7 +149,7 @@ class Header {
     return true;
   }
 
-  /// Whether the card gives a size. If there are two such cards CFITSIO uses the first or last.
+  /// Whether the card gives a size. Where a size has two cards, CFITSIO uses the first or the last.
   bool is_size(std::string_view key) const {
     const auto axis = static_cast<std::size_t>(number_behind("NAXIS", key));
     return key == "BITPIX" || key == "NAXIS" || (axis >= 1 && axis <= axis_count_);
@@ -196,7 +196,7 @@ class Header {
 
   void check_end() const {
     if (records_ < first_axis + axis_count_) fail("cards of its sizes are missing");
-    // CFITSIO computes the size from the other axes, depending on the first GROUPS.
+    // With NAXIS1 = 0, CFITSIO decides by the first GROUPS whether the other axes give the size.
     if (has_groups_ && !axes_.empty() && axes_[0] == 0) fail("random groups are no image");
     // CFITSIO treats every HDU with TFIELDS as a table.
     if (hdu_ > 0 && (is_table_ || columns_)) check_table();
@@ -273,7 +273,7 @@ void check_headers(const std::filesystem::path& path, const std::string& label) 
       if (bytes.empty()) header.fail("the file ends before its header does (END)");
     }
     const double size = header.data_blocks() * block_size;
-    // CFITSIO would leave this HDU out without a word.
+    // CFITSIO would silently leave this HDU out.
     if (size > 0 && bytes.size() < block_size) {
       header.fail("the file ends between its header and its data");
     }

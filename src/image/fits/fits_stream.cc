@@ -274,8 +274,9 @@ class FitsInput::File {
     return status == 0 && std::string_view(value) != "NONE";
   }
 
-  /// Tiles of compressed images are rows, and any part of a tile costs as much as the whole. So the
-  /// last rows read are kept in blocks for the neighbouring areas, which are asked for next.
+  /// Reads an area of a compressed image. Its tiles are rows, and any part of a tile costs as much
+  /// as the whole. The last rows read are kept in blocks for neighbouring areas, which are asked
+  /// for next.
   void read_from_rows(const FitsHdu& hdu, int plane, const Area& area, double* out,
                       std::ptrdiff_t stride) {
     for (int row = 0; row < area.height; ++row) {
@@ -450,7 +451,7 @@ class FitsOutput::File {
         if (!header.has(fmt::format("CTYPE{}", axis)))
           append_axis(cards, axis, {"PIXEL", "", 1, 1, 1});
       }
-      // Must be told by name: a compressed image is a table of two axes.
+      // The number of axes must be stated: a compressed image is a table of two axes.
       header.set_first({"WCSAXES", 3LL, "number of world axes"});
       append_third_axis(cards, wavelengths, header.records());
       for (const Card& card : cards) header.set(card);

@@ -221,7 +221,7 @@ void check_tiles(FitsFile& file, int hdu, int bitpix, const std::vector<LONGLONG
     }
     if (!is_good) file.fail(fmt::format("HDU {}: tiles in {} lie outside the file", hdu, name));
     if (name == "GZIP_COMPRESSED_DATA") {
-      // This column has tiles that the other method could not compress, with unchanged numbers.
+      // This column has the unchanged numbers of tiles that the other method could not compress.
       check_gzip_tiles(file, hdu, column, rows, tiling, std::abs(bitpix) / CHAR_BIT, is_trusted);
     } else if (is_trusted || name == "UNCOMPRESSED_DATA") {
       continue;

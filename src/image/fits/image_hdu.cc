@@ -44,7 +44,7 @@ void write_image_header(FitsFile& file, const ImageHeader& header, const ImageHd
   const std::string& unit = unit_of(header, hdu.first, hdu.count);
   // Astropy's CCDData needs the card; an empty unit is dimensionless.
   cards.push_back({"BUNIT", unit, unit.empty() ? "dimensionless" : "unit of the pixels"});
-  // Must be told by name: a compressed image is a table of two axes.
+  // The number of axes must be stated: a compressed image is a table of two axes.
   cards.push_back({"WCSAXES", hdu.count > 1 ? 3LL : 2LL, "number of world axes"});
   write_cards(file, cards);
   write_plane_axes(file, header, hdu.face);

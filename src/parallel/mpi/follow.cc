@@ -27,7 +27,7 @@ int prefetched_blocks(std::int64_t blocks, int ranks, int threads) {
   return blocks < std::int64_t{many} * ranks * threads ? 0 : 1 + threads / 4;
 }
 
-/// Whether all are +0. An image of galaxies is mostly empty.
+/// Whether all values are +0, as often in images of galaxies.
 bool is_zero(std::span<const double> values) {
   constexpr std::size_t chunk = 512;
   for (std::size_t start = 0; start < values.size(); start += chunk) {
@@ -162,7 +162,7 @@ class Follow {
   }
 
   void report_end() {
-    // The pool's failure is known once it has finished.
+    // The pool knows of a failure once it has finished.
     const bool finished = pool_.finished();
     if (!failed_ && pool_.failure()) {
       failed_ = true;

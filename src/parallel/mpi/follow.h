@@ -7,8 +7,9 @@
 
 namespace gamer::mpi {
 
-/// The part of another rank in a run: it asks for blocks ahead, computes and sends. Returns the
-/// seconds in compute, of all threads. Throws Stopped when the run ends with a failure.
+/// The part of a rank other than 0 in a run: it asks for blocks ahead of need, computes them and
+/// sends the values. Returns the seconds in compute, of all threads. Throws Stopped when the run
+/// ends with a failure.
 double follow(MpiGroup& job, int threads, std::size_t values_per_row,
               const Executor::Compute& compute);
 

@@ -67,7 +67,7 @@ class Lead {
     std::vector<MPI_Request> requests;
   };
 
-  // The pool's failure is known once it has finished.
+  // The pool knows of a failure once it has finished.
   bool finished() {
     if (!pool_.finished() || (pool_.failure() && !failure_)) return false;
     return std::ranges::none_of(incoming_,

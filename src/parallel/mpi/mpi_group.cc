@@ -195,7 +195,7 @@ std::vector<std::string> MpiGroup::gather(const std::string& text) {
     if (notice->head.kind == NoticeKind::alive) continue;
     const auto rank = static_cast<std::size_t>(notice->rank);
     if (notice->head.kind == NoticeKind::left) {
-      // A rank may leave after its text.
+      // A rank may leave after it has sent its text.
       if (!is_here[rank]) std::rethrow_exception(early_leave());
       continue;
     }

@@ -13,7 +13,7 @@
 
 namespace gamer::mpi {
 
-/// The ranks of an MPI job: the calls that all make together, and how they end.
+/// The ranks of an MPI job: the calls that all make together, and the end of the job.
 class MpiGroup : public RankGroup {
  public:
   MpiGroup(int* argc, char*** argv);

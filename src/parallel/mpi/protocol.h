@@ -77,19 +77,19 @@ constexpr std::size_t bytes_per_message = values_per_message * sizeof(double);
 constexpr std::size_t transfers = 2;
 
 // MPI's own waiting burns a core that a worker needs. A rank pauses for half of the time for which
-// no message has come. A look for messages takes 20 us of a core. The longest pause is long
-// beside a look and short beside any part of a job. A rank without work pauses for shorter times.
+// no message has come. A look for messages takes 20 us of a core. The longest pause is long beside
+// that and short beside any part of a job. A rank without work makes shorter pauses.
 constexpr microseconds shortest_pause{20};
 constexpr microseconds longest_pause{4000};
 constexpr microseconds longest_idle_pause{1000};
 
-// Times in units of a rank's patience (Ranks::give_up_after()): between its signs of life, and the
-// limit for rank 0 and for ranks that are still preparing.
+// Times in units of the patience (Ranks::give_up_after()): the time between signs of life of a
+// rank, and the limit for rank 0 and for ranks that have sent no message yet.
 constexpr double alive_share = 1.0 / 12;
 constexpr double long_patience = 10;
 
-/// Time in which a rank has been looking for messages. A long time between two looks counts as
-/// half a second: the rank was suspended, or writing, and the messages wait.
+/// Time in which a rank has been looking for messages. A longer time than half a second between two
+/// looks counts as half a second: the rank was suspended or writing, and messages may be waiting.
 class WatchTime {
  public:
   double look() {

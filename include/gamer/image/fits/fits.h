@@ -24,8 +24,7 @@ namespace gamer {
 /// records of a celestial WCS. Axis 3 of a cube is the wavelength: WAVE where the planes are
 /// equally spaced to 1e-9, else PLANE, the plane's number. WAVELENn is the wavelength of plane n of
 /// the HDU. From WAVELEN10 on, FITS needs the HIERARCH form, which readers find under the plain
-/// name. Cards of planes have such numbers only in an HDU of several planes. Planes of one cube
-/// have one unit.
+/// name. In an HDU of one plane, cards of planes have no number. Planes of one cube have one unit.
 ///
 /// *Texts.* A header holds printing ASCII only. In string values any other byte, a blank at the
 /// end, and a '%' before two hexadecimal digits are written as %XX (as in URLs). Long strings

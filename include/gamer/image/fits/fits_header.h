@@ -23,7 +23,7 @@ class FitsHeader {
   const std::vector<std::string>& records() const { return records_; }
 
   bool has(std::string_view key) const;
-  /// The value as a number; nothing where there is no such card or its value is not a number.
+  /// The value as a number; nothing without such a card, or where the value is not a number.
   std::optional<double> number(std::string_view key) const;
   /// The value as a string without quotes; numbers as written in the card.
   std::optional<std::string> text(std::string_view key) const;

@@ -27,10 +27,10 @@ struct FitsHdu {
 
 /// An open FITS file with its HDUs. Planes are read on demand. Copies share the file.
 ///
-/// A name is a path, or "-" for standard input, which is copied to a temporary file. A name that no
-/// file has may also be an extended one. "a.fits[1]" or "a.fits[SCI]" is that HDU alone, with the
-/// table of its third axis; "a.fits[1][10:90,10:90]" is a section of it. Compressed files read as
-/// their contents.
+/// A name is a path, or "-" for standard input, which is copied to a temporary file. Where no file
+/// has the name, it may be an extended one. "a.fits[1]" or "a.fits[SCI]" is that HDU alone, with
+/// the table of its third axis; "a.fits[1][10:90,10:90]" is a section of the HDU. Compressed files
+/// read as their contents.
 class FitsInput {
  public:
   /// Throws InputError for a file that is missing, is no FITS file or is truncated, and for sizes
@@ -58,7 +58,7 @@ struct FitsOutputOptions {
 };
 
 /// A FITS file written HDU after HDU; it is complete or absent. Standard output gets the bytes when
-/// all are there.
+/// the file is complete.
 class FitsOutput {
  public:
   /// Throws InputError for an unknown suffix, a folder that cannot be written, an existing file
