@@ -264,7 +264,7 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
   component->digests_ = std::move(digests);
   component->kind_ = kind.name;
   component->traits_ = kind.traits;
-  // In files of some kinds the key `bulge` decides whether the component is a bulge.
+  // The key `bulge` of some kinds decides whether the component is a bulge.
   if (std::ranges::count(kind.parameters, "bulge", &Parameter::name) > 0) {
     component->traits_.is_bulge = values.boolean("bulge");
   }

@@ -24,8 +24,8 @@ constexpr double points_margin = 1.5;
 // equal clumps times the factor `clump_spread`, since they differ in their light and in M.
 constexpr double tier_error = 0.3;
 constexpr double clump_spread = 2;
-// Largest number of cells of a tier whose clumps are looked for. Tiers of more cells, with clumps
-// below a thousandth of the galaxy, count by their mean.
+// Largest number of cells of a tier whose clumps are looked for. Tiers of more cells, whose clumps
+// are below 1/4096 of the galaxy's diameter, count by their mean.
 constexpr double most_cells = 1 << 24;
 // Number of pairs of points in a round: two pairs are in the halo and one is in each core.
 constexpr std::size_t pairs_of_parts = 4;
