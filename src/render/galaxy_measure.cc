@@ -308,7 +308,7 @@ bool is_small(const PlacedGalaxy& galaxy, const Camera& camera) {
 bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera) {
   if (parameters.camera.supersample || !is_small(galaxy, camera)) return false;
-  // Stars that the file wants drawn one by one are not light of rays.
+  // Light of stars that are drawn individually does not come from rays.
   const auto has_stars = [](const auto& component) { return component->star_field() != nullptr; };
   if (parameters.sampling.stars_per_pixel.value_or(0) > 0 &&
       std::ranges::any_of(galaxy.galaxy->components(), has_stars)) {
