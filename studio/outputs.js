@@ -21,7 +21,7 @@ export class Outputs {
     return reply.outputs.map(({name}) => name);
   }
 
-  /// What a render of this name left: its file, or the images of a film.
+  /// The files that a render of this name made: its file, or the images of a film.
   async madeBy(name) {
     const dot = name.search(/\.(fits(\.fz)?|png|bmp)$/), stem = name.slice(0, dot), suffix = name.slice(dot);
     const isImage = (other) => other.startsWith(`${stem}_`) && other.endsWith(suffix) &&

@@ -153,7 +153,8 @@ function measureSky(sample) {
   return {level: low + blackSigmas * sigma, sigma};
 }
 
-/// Sums of value - black of all channels over the same pixels, those in which some channel is light.
+/// Sums of value - black of each channel, over the pixels in which some channel exceeds black by
+/// `least`.
 function sumLight(channels, black, least) {
   const light = channels.map(() => 0);
   for (let i = 0; i < channels[0].length; ++i) {

@@ -163,7 +163,7 @@ class Server::Impl {
         std::make_shared<Connection>(std::move(socket), shared_)->read();
       }
       if (!error) return accept();
-      // Perhaps there are too many files; soon there may be fewer.
+      // The process may have too many open files for a moment.
       pause_.expires_after(std::chrono::milliseconds(100));
       pause_.async_wait([this](beast::error_code) { accept(); });
     });

@@ -22,7 +22,7 @@ class StudioCore {
 
   void receive(const std::shared_ptr<Page>& page, std::string_view text);
   const StudioOptions& options() const { return options_; }
-  /// The page has gone; its view is cancelled.
+  /// Cancels the view of a page that has gone.
   void leave(const Page& page);
 
  private:
