@@ -62,7 +62,7 @@ TEST(SersicProfile, ClosedForms) {
   }
 }
 
-// The integral along a ray is Sersic's law, though the code knows the density alone.
+// The integral of the density along a ray is Sersic's law.
 TEST(Sersic, ProjectsToItsLaw) {
   constexpr double radius = 0.01;
   for (const double n : {0.5, 1.0, 2.0, 4.0, 6.0}) {
@@ -106,7 +106,8 @@ TEST(Sersic, FluxIsThatOfTheLaw) {
           << n;
     }
   }
-  // Light beyond the ball is lost: shells up to the taper of the density itself.
+  // Light beyond the ball is lost. The expected light is a sum over shells of the density times the
+  // taper.
   const SersicProfile profile(4);
   constexpr double radius = 0.02;
   double sum = 0;
