@@ -33,7 +33,7 @@ export class StudioDocument extends EventTarget {
     this.fixed = null;         // the scene whose rows keep their orientation while the camera moves
   }
 
-  /// Begins with what the server opened, or goes on with a history of the same files.
+  /// Begins with the document of the server, or continues a history of the same files.
   async load(opened, kept = null) {
     this.opened = opened;
     this.parameters = opened.parameters;
@@ -203,7 +203,7 @@ export class StudioDocument extends EventTarget {
     });
   }
 
-  /// Shows edits that a moving slider would make. Only the latest of those that wait is made.
+  /// Shows edits that a moving slider would make. Only the latest waiting preview is made.
   preview(edits) { this.previewLater(() => this.apply(edits)); }
   previewScene(edits) { this.previewLater(() => this.applyScene(edits)); }
 

@@ -27,7 +27,7 @@ export class Draft extends EventTarget {
     super();
     Object.assign(this, {connection, doc, ui, picture, preview, stage});
     this.asked = null;     // {id, key} of the draft that is being made
-    this.key = null;       // of the draft that is there
+    this.key = null;       // of the present draft
     this.refused = null;   // key of a document without a draft
     this.side = 0;         // longest side that is drawn in time; 0 for none
     this.isShown = false;

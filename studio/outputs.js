@@ -15,7 +15,6 @@ export class Outputs {
   /// Where a file of the folder is downloaded.
   static address(file) { return `/output/${encodeURIComponent(file)}`; }
 
-  /// Names of the files.
   async names() {
     const reply = await this.app.connection.request('outputs').catch(() => ({outputs: []}));
     return reply.outputs.map(({name}) => name);

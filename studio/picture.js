@@ -299,7 +299,8 @@ export class Picture {
     this.stretch(textures, factors, [width, height], tone, look, isLarge && !look.pixels);
   }
 
-  /// Makes colours of the channels of one texture, or of two with factors, of so many pixels.
+  /// Makes colours of the channels of one texture, or of two textures with factors, in `size`
+  /// pixels.
   stretch(textures, factors, size, tone, look, isSmoothed) {
     const gl = this.gl, {mode, gamma, saturation} = look;
     const {program, places} = this.programOf(shaders.stretch(

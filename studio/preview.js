@@ -10,8 +10,8 @@ import {completed, empty, enlarged, isEnd, putStrip} from './strips.js';
 const targetMs = 20;       // of a frame while moving
 const leastSide = 48;
 const leastChange = 0.15;  // of the side of moving views, relative
-// Coarse levels: longer side, tolerance, and the least longer side of a view that has them. A view's
-// strips show what a finer level would show, and a level takes a share of the view's own time.
+// Coarse levels: longer side, tolerance, and the least longer side of a view that has the level.
+// There are few, since a level takes time, and strips soon show the fine view.
 const levels = [[128, 0.05, 129], [256, 0.02, 1024]];
 
 /// Events: `asked` (a view was asked for), `frame` (a new picture), `strip` (rows of it are new),

@@ -38,8 +38,8 @@ export function valueOf(word, type) {
   return (type === 'number' || type === 'integer') && Number.isFinite(number) ? number : word;
 }
 
-/// Declarations of the columns: those of the list in its order, and the others. What is not declared
-/// is a parameter of the row's galaxy.
+/// Declarations of the columns: those of the list in its order, and the others. A column that is
+/// not declared is a parameter of the row's galaxy.
 export function columnsOf(names, declared) {
   const known = new Map(declared.map((one) => [one.name, one]));
   const other = (name) => ({name, type: 'text', unit: '', default: null, description: 'parameter of the row\'s galaxy'});

@@ -34,7 +34,7 @@ export function channelWeights(wavelengths) {
   return weights;
 }
 
-/// What level() divides by for slope times white; 0 where the stretch is a straight line.
+/// The divisor of level() for slope times white; 0 where the stretch is a straight line.
 export function steepnessOf(mode, steep) {
   if (mode === 'linear' || !(steep > 1e-6)) return 0;
   return mode === 'log' ? Math.log1p(steep) : Math.asinh(steep);

@@ -44,7 +44,6 @@ ParameterTable common_parameters() {
   };
 }
 
-/// The keys of light.
 ParameterTable light_parameters(bool has_own_spectrum) {
   return {
       has_own_spectrum
@@ -63,7 +62,6 @@ ParameterTable light_parameters(bool has_own_spectrum) {
   };
 }
 
-/// The keys of dust.
 ParameterTable dust_parameters() {
   return {
       Parameter::number("optical_depth", "", Interval::closed(0, 1000).usual_logarithmic(0.02, 50),

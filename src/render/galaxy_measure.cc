@@ -90,7 +90,6 @@ class RingSums {
   std::vector<double> sums_;  ///< [ring * components_ + component]
 };
 
-/// The knobs for a stamp.
 Accuracy stamp_accuracy(const RenderParameters& parameters, double ray_distance) {
   return Accuracy::from_tolerance(parameters.sampling.tolerance).for_sums(ray_distance);
 }

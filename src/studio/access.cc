@@ -49,7 +49,6 @@ class OpenFile {
   int number_;
 };
 
-/// The secrets of a file.
 ServerSecrets read_secrets(const std::filesystem::path& path) {
   const OpenFile file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};

@@ -12,7 +12,6 @@ namespace gamer {
 /// 128 random bits of the operating system as 32 hexadecimal digits. Throws RunError.
 std::string make_token();
 
-/// Secrets of a server.
 struct ServerSecrets {
   std::string token;   ///< secret in the server's address
   std::string cookie;  ///< secret that a browser gets in exchange for the token

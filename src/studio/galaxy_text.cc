@@ -81,7 +81,7 @@ class TextTable {
     return add(key, value);
   }
 
-  /// Removes a pair or all below a key; nothing happens where it is not there.
+  /// Removes the pair of a key and all pairs below it, if there are any.
   void reset(const Key& key) {
     std::vector<std::pair<std::size_t, std::size_t>> gone;
     for (const Part& part : parts_) {
@@ -522,7 +522,7 @@ class EditedText {
     std::string block = fmt::format("[[component]]{0}class = {1}{0}name = {2}{0}", line_end_,
                                     toml_string(kind.name), toml_string(name));
     for (const Parameter& parameter : kind.parameters) {
-      // Bulges need one of two radii, of which none is required by itself.
+      // A bulge needs one of two radii, neither of which is required by itself.
       const bool is_needed = parameter.required || parameter.name == "effective_radius";
       if (!is_needed || parameter.name == "class") continue;
       block += fmt::format("{} = {}{}", parameter.name, first_value(kind, parameter), line_end_);

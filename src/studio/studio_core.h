@@ -17,7 +17,7 @@ namespace gamer {
 /// Answers the messages of all pages. The thread of the server calls it; work is done in others.
 class StudioCore {
  public:
-  /// Opens what the options name. Throws InputError.
+  /// Opens the files of the options. Throws InputError.
   explicit StudioCore(const StudioOptions& options);
 
   void receive(const std::shared_ptr<Page>& page, std::string_view text);

@@ -1,4 +1,4 @@
-// Galaxy files: what they may say, what is assumed where they do not, and what is refused.
+// Galaxy files: accepted values, defaults and errors.
 
 #include <gtest/gtest.h>
 

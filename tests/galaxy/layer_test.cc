@@ -415,7 +415,7 @@ TEST(Layer, CloudsOfThinLayersAndNeedlesHaveNoMorePoints) {
 }
 
 TEST(Layer, CloudFollowsTheEnvelope) {
-  // Weighted moments of the cloud against those of the envelope.
+  // The weighted moments of the cloud are those of the envelope.
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name);
     const ArmPattern arms = arms_of(c.arms);
@@ -468,7 +468,7 @@ TEST(Layer, CloudFollowsTheEnvelope) {
   }
 }
 
-// Weighted moments in the plane and of |z|, against sums over a grid.
+// The weighted moments in the plane and of |z| are those of sums over a grid.
 TEST(Layer, CloudOfAnUnevenLayer) {
   for (const Case& c : cases()) {
     if (c.shape.is_even()) continue;

@@ -69,7 +69,7 @@ TEST(Sersic, ProjectsToItsLaw) {
     const Sersic sersic(n, radius, {1, 1, 1});
     const SersicProfile profile(n);
     for (const double impact : {0.03, 0.3, 1.0, 2.0}) {
-      // z = impact sinh(u); what is beyond 90 R_e is below 1e-4 of the column at 2 R_e.
+      // z = impact sinh(u); the column beyond 90 R_e is below 1e-4 of the column at 2 R_e.
       constexpr int steps = 2000;
       const double most = std::asinh(90 / impact);
       std::vector<double> x, z;

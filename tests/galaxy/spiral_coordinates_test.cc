@@ -209,7 +209,6 @@ TEST(HelicalMap, AnyMapIsNearTheWantedOne) {
   for (const double angle : {0.0, 30.0, 90.0, 150.0}) {
     for (const double stretch : {1.0, 2.0, 10.0}) {
       const HelicalMap map = HelicalMap::along(c, 16, stretch, angle * degree);
-      // In units of (u, v).
       const double unit = c.u_gradient(1);
       EXPECT_NEAR(map.x_frequency() / (16 * unit), 1, 0.02);
       EXPECT_NEAR(map.y_frequency() / (16 / stretch * unit), 1, 0.05 * stretch / 10 + 0.02);

@@ -1,4 +1,4 @@
-// Stars of a field: how many, where, and of what light.
+// Stars of a field: their number, places and light.
 
 #include "gamer/galaxy/kinds/star_field.h"
 

@@ -1,4 +1,4 @@
-// Bulges have a cusp: their images hold their light whatever the pixels and the camera.
+// Bulges have a cusp. Their images hold their light for any pixels and camera.
 
 #include <gtest/gtest.h>
 

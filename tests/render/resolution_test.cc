@@ -71,8 +71,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::ValuesIn(names_in(std::filesystem::path(GAMER_TEST_SOURCE_DIR) / "galaxies", ".toml")),
     [](const auto& galaxy) { return galaxy.param; });
 
-/// Frame values at (x, y) by Lanczos' kernel of five lobes, exact but for what is near or above the
-/// Nyquist frequency.
+/// Frame values at (x, y) by Lanczos' kernel of five lobes, which is exact for frequencies well
+/// below the Nyquist frequency.
 double interpolate(const Image& image, double x, double y) {
   constexpr int lobes = 5;
   const auto kernel = [](double t) {

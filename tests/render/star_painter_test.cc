@@ -301,7 +301,7 @@ TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
   }
 }
 
-/// All rows of an image, rendered in blocks of so many rows.
+/// All rows of an image, rendered in blocks of `block` rows.
 std::vector<double> rows_in_blocks(const Renderer& renderer, int block) {
   const auto row = static_cast<std::size_t>(renderer.width() * renderer.planes());
   std::vector<double> rows(row * static_cast<std::size_t>(renderer.height()));

@@ -103,8 +103,8 @@ struct Accuracy {
   /// Where more than 64 pixels cross the galaxy, small_galaxy_error falls with the square of the
   /// pixel's width, to 1.
   double fixed_error(double pixel) const { return fixed_flux_error * small_error(pixel); }
-  /// Factor on the distance of first nodes there. A factor of 4 on errors goes with 1.5 on
-  /// distances.
+  /// Factor on the distance of first nodes in such a galaxy. A factor of 4 on errors corresponds to
+  /// 1.5 on distances.
   double fixed_step(double pixel) const {
     return fixed_flux_step * std::pow(small_error(pixel), 0.29);
   }

@@ -281,7 +281,6 @@ std::unique_ptr<Component> read_component(const ConfigNode& node, int index,
                                           const ComponentSurroundings& surroundings,
                                           const GalaxySettings& settings, Resources& resources);
 
-// The kinds.
 ComponentKind bulge_kind();
 ComponentKind disk_kind();
 ComponentKind stars_kind();

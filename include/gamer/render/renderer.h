@@ -166,7 +166,7 @@ class Renderer {
   /// all its galaxies together: some galaxy has no layer, two galaxies penetrate each other, or
   /// dimmed_share() is above Accuracy::most_dimmed.
   bool add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const;
-  /// Adds a pixel of a layer and the dimming of what is behind it.
+  /// Adds a pixel of a layer, and dims the layers behind it.
   void add_layer(int galaxy, const double* numbers, int x, int row, Workspace& work,
                  LightSums& sums) const;
   /// Adds the scene's own stars to rows of the whole image, and returns whether there were any.

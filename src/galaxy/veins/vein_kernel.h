@@ -32,7 +32,6 @@ struct MapInput {
   float x_magic, y_magic;
 };
 
-/// An octave of the displacement.
 struct DisplacementOctave {
   Octave octave;
   SeenInput seen;
@@ -85,7 +84,6 @@ struct CountedOctave {
 // Largest number of octaves of a VeinTexture.
 constexpr int most_octaves = 32;
 
-// The largest contrast c.
 constexpr float largest_contrast = 1.5f;
 
 // Veins fade near the centre, where arms are close. The fading begins and ends where the isotropic
@@ -164,7 +162,6 @@ void multiply_by(std::size_t size, const float* value, float* density);
 /// null.
 void deviate(std::size_t size, const float* density, const float* coherent, const float* coherence,
              float scale, float deviation, float* out);
-/// out = scale density.
 void fill_scaled(std::size_t size, const float* density, float scale, float* out);
 
 }  // namespace gamer
