@@ -24,12 +24,12 @@ const char* const young_stars =
 /// Sum over the pixels of an image of `size` x `size` pixels, nJy. The galaxy is a shipped one or
 /// "young_stars".
 double flux_of(const std::string& galaxy, int size, const std::string& tolerance) {
-  const RenderParameters parameters = RenderParameters::read(parse_toml(
-      view_from_z(size, size, 2.2,
-                  // star_painter_test.cc tests stars that are drawn individually.
-                  "[sampling]\nstars_per_pixel = 0\ntolerance = " + tolerance +
-                      "\n[scene]\nunit = \"kpc\"\n"),
-      "render.par"));
+  const RenderParameters parameters = RenderParameters::read(
+      parse_toml(view_from_z(size, size, 2.2,
+                             // star_painter_test.cc tests stars that are drawn individually.
+                             "[sampling]\nstars_per_pixel = 0\ntolerance = " + tolerance +
+                                 "\n[scene]\nunit = \"kpc\"\n"),
+                 "render.par"));
   Resources resources = galaxy == "young_stars" ? text_resources({{{galaxy, young_stars}}, "", ""})
                                                 : Resources({GAMER_TEST_SOURCE_DIR});
   return sum_of(image_of(measured_job(

@@ -113,11 +113,11 @@ class Medium;
 /// spectral node j. G_j is given for each light component of every hit galaxy, in the order of the
 /// ray's hits.
 struct RayLight {
-  std::vector<std::size_t> begin;  ///< [ray] begin of its part of `light`
-  std::vector<double> light;       ///< [begin[ray] + component * nodes + j]
-  std::vector<double> depth;       ///< [ray * nodes + j] optical depth of the whole ray
-  std::vector<double> through;     ///< [ray * nodes + j] transmission of light from behind
-  HitTable table;                  ///< finds the hits of the rays
+  std::vector<std::size_t> begin;      ///< [ray] begin of its part of `light`
+  std::vector<double> light;           ///< [begin[ray] + component * nodes + j]
+  std::vector<double> depth;           ///< [ray * nodes + j] optical depth of the whole ray
+  std::vector<double> through;         ///< [ray * nodes + j] transmission of light from behind
+  HitTable table;                      ///< finds the hits of the rays
   std::vector<std::size_t> first_hit;  ///< [ray] index of its first hit in `hit_begin`
   std::vector<std::size_t> hit_begin;  ///< [hit] begin of its part of `light`
 
