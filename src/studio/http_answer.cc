@@ -33,8 +33,8 @@ std::string type_of(std::string_view name) {
   return "text/plain; charset=utf-8";
 }
 
-/// The answer to the right token: the cookie, and a page that forwards to this site. Browsers send
-/// no strict cookie with a request that another site began.
+/// The answer to the right token: the cookie, and a page of this site that forwards to the Studio.
+/// Browsers send no strict cookie with a request that another site began.
 HttpAnswer welcome(const ServerSecrets& secrets) {
   return {.type = "text/html; charset=utf-8",
           .body =

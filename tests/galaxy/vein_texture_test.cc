@@ -154,7 +154,7 @@ TEST(VeinTexture, HasNoEdgeWhereAnIndexChanges) {
   const auto v_at = [&](double u, double v) { return sample(veins, {position(c, u, v)})[0].veins; };
   double worst = 0;
   for (int i = 0; i < 300; ++i) {
-    // Arms, where floor(u) changes, and along v, where the spurs' number does.
+    // At arms floor(u) changes, and along v the number of the spur.
     const double v = -1 + 0.013 * i;
     worst = std::max(worst, std::abs(jump([&](double h) { return v_at(h, v); }, 1e-4)));
     const double u = 0.05 + 0.003 * i;

@@ -61,7 +61,7 @@ std::string sky(int size, const std::string& more = r_band) {
   return fmt::format("[image]\nsize = {}\n", size) + sky_view + more;
 }
 
-// A galaxy as large as the image down to one that is a pixel.
+// Galaxies from the size of the image to that of a pixel.
 TEST(Brightness, ApparentMagnitudeOnTheSky) {
   for (const char* type : {"disk", "bulge"}) {
     for (const double size : {1.6, 0.4, 0.05}) {

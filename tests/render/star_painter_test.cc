@@ -233,7 +233,7 @@ TEST(StarPainter, FluxesFollowTheLaw) {
   const std::vector<Found> stars = painted.stars();
   EXPECT_NEAR((static_cast<double>(stars.size()) - 1e5) / std::sqrt(1e5), 0, 3);
   const StarFields::Field& own = painted.fields->fields()[0];
-  // In the light at 5500 Angstrom between the two planes, mean one: compare the total.
+  // The total light in the first plane, at 4300 Angstrom, is that of the field's spectrum.
   double sum = 0;
   for (const Found& star : stars) sum += star.flux[0];
   const double expected =
@@ -280,7 +280,7 @@ TEST(StarPainter, FindsAllStarsInView) {
   }
 }
 
-// The same stars in any tile, in the same order.
+// Any tile has its stars of the image, in the image's order.
 TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
   const Painted painted({{{"g", field(2e5, "noise = {octaves = 2}")}},
                          "galaxy x y z\ng 0 0 0\n",
@@ -411,7 +411,7 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
     const double z = height.at({free[i].pixel.x, free[i].pixel.y});
     const double x = (free[i].pixel.x - 31.5) / 32, y = (free[i].pixel.y - 31.5) / 32;
     const double r = std::hypot(x, y);
-    // Well inside the taper.
+    // Only stars well inside the taper count.
     if (r > 0.6 || std::abs(z) > 0.3) continue;
     const double depth =
         0.5 * std::exp(-r / 0.3) * (1 - std::tanh(z / 0.05)) * curve->relative(node);

@@ -100,8 +100,8 @@ constexpr float bar_end = 3.5f;
 constexpr double largest_offset = 16.0;
 constexpr double offset_steps = 1024;
 
-/// A number that, added and subtracted again, rounds to the spacing of single precision at this
-/// size.
+/// A number that, added to a value and subtracted again, rounds the value to the spacing of single
+/// precision at this size.
 inline float grid_magic(double largest) {
   return static_cast<float>(1.5 * std::exp2(std::ceil(std::log2(largest))));
 }
