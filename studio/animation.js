@@ -108,7 +108,7 @@ export function animationSettings(keys, frames) {
   return settings;
 }
 
-/// What forbids a film of these key frames, or an empty text.
+/// The reason why these key frames make no film; an empty text if they make one.
 export function animationProblem(keys) {
   if (keys.length < 2) return 'A film needs two key frames.';
   const kinds = new Set(keys.map((key) => key.camera.projection));

@@ -7,7 +7,7 @@ export class ArmTools {
 
   get count() { return this.app.doc.model?.arms?.length ?? 0; }
 
-  /// What stands above the arms: a button that adds one, or that makes the first ones.
+  /// The button above the arms, which adds an arm or makes the first ones.
   head(box) {
     const first = this.count === 0;
     const text = first ? 'Arms of their own' : 'Add an arm';

@@ -48,7 +48,8 @@ export class Connection extends EventTarget {
     return id;
   }
 
-  /// The reply to a message, a promise with the message's `id`. `onprogress` gets what comes before.
+  /// The reply to a message, a promise with the message's `id`. `onprogress` gets messages on
+  /// progress before it.
   request(op, fields = {}, onprogress = null) {
     const id = this.send(op, fields);
     const reply = new Promise((resolve, reject) => {

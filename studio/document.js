@@ -1,5 +1,5 @@
-// What is edited: texts of galaxies and the scene, and settings that replace keys of the parameter file, with
-// their history. The server turns edits into texts; nothing else changes them.
+// The edited document: texts of galaxies and the scene, and settings that replace keys of the
+// parameter file, with their history. The server turns edits into texts; nothing else changes them.
 
 import {History} from './history.js';
 import {hasInclination} from './scene_rows.js';
@@ -7,7 +7,7 @@ import {hasInclination} from './scene_rows.js';
 const mostModels = 400;
 const mostExcluded = 40;
 
-/// The reset of the key that a message says to need another value than one that is set, or null.
+/// The reset of the key that a server's message reports as excluded by one of the edits, or null.
 export function excludedBy(message, edits) {
   const [, key] = message.match(/'?(\w+)'? (?:needs|belongs to|has no meaning) /) ?? [];
   if (key === undefined) return null;
@@ -33,7 +33,7 @@ export class StudioDocument extends EventTarget {
     this.fixed = null;         // the scene whose rows keep their orientation while the camera moves
   }
 
-  /// Begins with what the server opened, or goes on with a history of the same files.
+  /// Begins with the document of the server, or continues a history of the same files.
   async load(opened, kept = null) {
     this.opened = opened;
     this.parameters = opened.parameters;
@@ -61,7 +61,8 @@ export class StudioDocument extends EventTarget {
   get firstModel() { return this.models.get(this.saved[this.chosen]); }
   get scene() { return this.state.scene; }
   get isSceneChanged() { return this.scene !== this.savedScene; }
-  /// Galaxies of undone rows are in no state.
+  /// Whether the scene or a galaxy differs from its file. A galaxy of an undone row is in no state,
+  /// and counts as unchanged.
   get isChanged() {
     return this.isSceneChanged ||
         Object.entries(this.saved).some(([name, text]) => (this.state.galaxies[name] ?? text) !== text);
@@ -119,8 +120,8 @@ export class StudioDocument extends EventTarget {
     return {...this.history.state, galaxies};
   }
 
-  /// The server's answer to edits. Keys that a choice excludes go with it: another law of the arms
-  /// takes out the keys of the one before.
+  /// The server's answer to edits. Keys that an edit excludes are reset: another law of the arms
+  /// removes the keys of the former law.
   async ask(text, edits) {
     try {
       return await this.connection.request('edit', {galaxy_text: text, edits});
@@ -134,8 +135,8 @@ export class StudioDocument extends EventTarget {
   /// Edits of the chosen galaxy, as one step of the history.
   edit(edits, label, key = null) { return this.editLater(() => ({edits, label}), key); }
 
-  /// Edits that follow from the galaxy as it is when the edits before are made: `make` gives {edits,
-  /// label}, or null for none.
+  /// Edits that depend on the galaxy after all earlier edits: `make` returns {edits, label}, or
+  /// null for none.
   editLater(make, key = null) {
     this.wanted = null;
     this.queue = this.queue.then(async () => {
@@ -183,8 +184,8 @@ export class StudioDocument extends EventTarget {
     return this.queue;
   }
 
-  /// Gives rows with an inclination their orientation in space, as this camera sees it, so that another
-  /// camera sees them from another side. A list that cannot be changed stays as it is.
+  /// Gives rows with an inclination the orientation in space that this camera sees, so that another
+  /// camera sees them from another side. A list that cannot be edited keeps its inclinations.
   fixOrientations(settings) {
     if (this.scene === this.fixed) return;
     this.fixed = this.scene;
@@ -202,7 +203,7 @@ export class StudioDocument extends EventTarget {
     });
   }
 
-  /// Shows edits that a moving slider would make. Only the latest of those that wait is made.
+  /// Shows edits that a moving slider would make. Only the latest waiting preview is made.
   preview(edits) { this.previewLater(() => this.apply(edits)); }
   previewScene(edits) { this.previewLater(() => this.applyScene(edits)); }
 
@@ -217,7 +218,7 @@ export class StudioDocument extends EventTarget {
       try {
         this.draft = await latest();
         this.dispatchEvent(new CustomEvent('change', {detail: {moving: true}}));
-      } catch { /* a value between two valid ones: the last picture stays */ }
+      } catch { /* an invalid value of a moving slider; the last picture stays */ }
     });
   }
 

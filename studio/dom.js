@@ -21,7 +21,7 @@ export function sizeTo(canvas, width, height) {
   if (canvas.width !== width || canvas.height !== height) [canvas.width, canvas.height] = [width, height];
 }
 
-/// The context of a small drawing, which the processor makes: that takes less than to prepare a GPU.
+/// The context of a small drawing on the processor, which takes less time than to prepare a GPU.
 export const flatInk = (canvas) => canvas.getContext('2d', {willReadFrequently: true});
 
 const paths = {

@@ -27,8 +27,8 @@ export class Draft extends EventTarget {
     super();
     Object.assign(this, {connection, doc, ui, picture, preview, stage});
     this.asked = null;     // {id, key} of the draft that is being made
-    this.key = null;       // of the draft that is there
-    this.refused = null;   // key of what has no draft
+    this.key = null;       // of the present draft
+    this.refused = null;   // key of a document without a draft
     this.side = 0;         // longest side that is drawn in time; 0 for none
     this.isShown = false;
     this.isSlow = isSoftware(picture.gl);
@@ -58,7 +58,7 @@ export class Draft extends EventTarget {
     this.isShown = false;
   }
 
-  /// What a draft shows: the document and the mutes.
+  /// The present state that a draft would show: document and mutes.
   present() {
     return {state: this.doc.state, muted: this.preview.muted(this.doc.model, true)};
   }
@@ -201,7 +201,7 @@ export class Draft extends EventTarget {
     gl.activeTexture(gl.TEXTURE0);
   }
 
-  /// Brightness in each channel of the numbers of a voxel, by columns.
+  /// The matrix, by columns, from the numbers of a voxel to the brightness of the channels.
   channelMatrix() {
     const {planes, radius} = this.header, {weights} = channelsOf(this.header, this.ui.channels);
     return [0, 1, 2].flatMap((p) => weights.map((channel) => (channel[p] ?? 0) * (planes[p]?.light ?? 0) / radius));

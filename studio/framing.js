@@ -1,6 +1,7 @@
 // Binary messages of the server: uint32 length of the header, little endian, a JSON header padded
-// with spaces to a multiple of 4 bytes, then float32 planes (plane, y, x; row 0 at the bottom). A strip
-// has `rows` rows from `row` instead of all. The message after the last strip has none. Drafts have packed slices of half-precision numbers instead.
+// with spaces to a multiple of 4 bytes, then float32 planes (plane, y, x; row 0 at the bottom). A
+// strip has only `rows` rows from `row` on. The message after the last strip has no rows. Drafts
+// have packed slices of half-precision numbers in place of planes.
 
 /// The header and the planes of a message. Throws RangeError for a message that is cut short or
 /// too long.

@@ -74,7 +74,7 @@ export class Histogram {
   refresh() {
     const {ui, picture, preview} = this.app;
     if (!ui.tone || !this.element.offsetParent) return;
-    // While light moves nothing is read back from the GPU.
+    // Nothing is read back from the GPU while shares of light move.
     const sums = picture.read ?? (preview.isFinal && !preview.shares ? picture.sums() : null);
     const key = `${ui.tone.slope}/${ui.tone.white}/${ui.look.exposure}`;
     if (sums && (sums !== this.sums || key !== this.key)) {
@@ -85,7 +85,7 @@ export class Histogram {
     this.draw();
   }
 
-  /// Draws, unless all is as it was drawn.
+  /// Draws, unless nothing has changed since the last drawing.
   draw() {
     const {ui} = this.app, box = this.canvas.getBoundingClientRect();
     if (!ui.tone || !this.counts || box.width === 0) return;

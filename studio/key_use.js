@@ -1,6 +1,6 @@
-// Which parameters matter, by what their declarations need: {key, values, excluded}.
+// Which parameters matter, by the needs of their declarations: {key, values, excluded}.
 
-/// The text of a value as declarations have it; none is empty.
+/// The text of a value as in declarations; empty for no value.
 function textOf(value) { return value === null || value === undefined ? '' : String(value); }
 
 function short(key) { return key.replace(/^(noise|arms|camera)\./, ''); }

@@ -12,7 +12,8 @@ export function mustSum(components) {
       values.active !== false && 'fraction' in values && typeof values.fraction !== 'number');
 }
 
-/// Edits beside components with an intensity, which have what the shares leave.
+/// Edits of shares in a galaxy whose other components have an intensity, which get the rest of the
+/// light.
 function looseEdits(components, index, value) {
   const set = (i, share) => ({set: [i, 'fraction', rounded(share)]});
   const others = sharing(components).filter((i) => i !== index);
@@ -28,8 +29,8 @@ function changed(components, index, key, value) {
 
 function rounded(value) { return Number(value.toPrecision(6)); }
 
-/// Edits that give the component `index` the share `value` and scale the others', so that their sum
-/// stays 1. With index null the shares that are there are scaled.
+/// Edits that give the component `index` the share `value`, and scale the shares of the others so
+/// that the sum stays 1. With index null all shares are scaled.
 export function shareEdits(all, index, value = 0) {
   const components = index === null ? all : changed(all, index, 'fraction', value);
   const set = (i, share) => ({set: [i, 'fraction', share]});
@@ -50,8 +51,8 @@ export function shareEdits(all, index, value = 0) {
   return edits;
 }
 
-/// Edits that give a parameter of a component a value, with those that the other shares need: light
-/// has a share or an intensity, and components that are not active have none.
+/// Edits that give a parameter of a component a value, with the edits of shares that follow. Light
+/// has a share or an intensity, and an inactive component has no share.
 export function valueEdits(components, index, key, value) {
   const drop = (name) => components[index].given.includes(name) ? [{reset: [index, name]}] : [];
   const set = {set: [index, key, value]};

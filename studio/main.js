@@ -97,7 +97,7 @@ function followChanges() {
     if (!detail.moving || !draft.show()) preview.ask(detail.moving);
     later();
   });
-  // Muted light is muted in the picture; without a muted layer of dust the light differs.
+  // The picture mutes light by itself. Muted dust changes the light, and needs a new view.
   let dust = '';
   ui.addEventListener('muted', () => {
     const muted = preview.muted(doc.model, false).join();

@@ -64,7 +64,8 @@ export class Navigation {
     }
   }
 
-  /// One of several fingers moves: their middle pans by its part, and their distance zooms about it.
+  /// One of several fingers moves: the move of their middle pans, and the change of their distance
+  /// zooms about the middle.
   pinch(other, from, to, dx, dy, fingers) {
     const moved = pan(this.ui.camera, dx / fingers, dy / fingers, this.pixels);
     const distance = (a) => Math.max(Math.hypot(a[0] - other[0], a[1] - other[1]), 1);
@@ -104,7 +105,7 @@ export class Navigation {
 
   zoomBy(factor) { this.go(zoom(this.ui.camera, factor)); }
   rollBy(angle) { this.go(roll(this.ui.camera, angle)); }
-  /// In the view of the file an inclination is what the file means.
+  /// The view of the file, in which an inclination has the file's meaning.
   goHome() { this.show(this.home()); }
 
   /// Views of the chosen galaxy.

@@ -15,13 +15,12 @@ export class Outputs {
   /// Where a file of the folder is downloaded.
   static address(file) { return `/output/${encodeURIComponent(file)}`; }
 
-  /// Names of the files.
   async names() {
     const reply = await this.app.connection.request('outputs').catch(() => ({outputs: []}));
     return reply.outputs.map(({name}) => name);
   }
 
-  /// What a render of this name left: its file, or the images of a film.
+  /// The files that a render of this name made: its file, or the images of a film.
   async madeBy(name) {
     const dot = name.search(/\.(fits(\.fz)?|png|bmp)$/), stem = name.slice(0, dot), suffix = name.slice(dot);
     const isImage = (other) => other.startsWith(`${stem}_`) && other.endsWith(suffix) &&

@@ -69,7 +69,8 @@ export class ParameterRow {
     return [this.input, this.slider];
   }
 
-  /// Escape drops what was typed. Enter takes it, and leaves the field so that the keys of the page work again.
+  /// Escape drops the typed value. Enter takes it, and leaves the field so that the keys of the
+  /// page work again.
   leave(event) {
     if (event.key === 'Escape') {
       this.write();

@@ -246,7 +246,7 @@ export class ParameterPanel {
       const isFound = wanted === '' || name.includes(wanted) || description.toLowerCase().includes(wanted);
       const classes = row.element.classList;
       const isIn = ui.filter === 'all' || wanted !== '' || classes.contains('given') || classes.contains('changed');
-      // What cannot matter is shown, greyed, where it is in the file or looked for.
+      // A parameter that cannot matter is shown in grey if the file gives it or a search finds it.
       const matters = !row.state.useless || wanted !== '' || row.state.given;
       row.element.hidden = !(isFound && isIn && matters);
     }

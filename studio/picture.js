@@ -8,13 +8,13 @@ import {planeGroups} from './plane_groups.js';
 import {kernelLength} from './seeing.js';
 import {sizeTo} from './dom.js';
 
-// A texel has four planes, and the shader of the sum so many texels for a pixel.
+// A texel holds four planes. A shader adds at most this many texels for a pixel.
 const planesPerTexel = 4, mostTexels = 48;
-// Pixels of the canvas, relative to those of the screen that show it.
+// Largest number of pixels of the canvas, relative to those of the screen that show it.
 const mostPixels = 2;
 
-/// The planes of `count` pixels, texel by texel, numbers that are not finite as 0. `values` has plane
-/// after plane.
+/// The four planes of a texel for `count` pixels, with 0 for numbers that are not finite. `values`
+/// has plane after plane.
 export function packTexels(values, count, texel) {
   const packed = new Float32Array(planesPerTexel * count);
   const end = Math.min(planesPerTexel * (texel + 1), values.length / count);
@@ -32,7 +32,7 @@ export class Picture {
   constructor(canvas) {
     this.canvas = canvas;
     this.frame = null;
-    this.room = null;  // pixels of the screen that show the canvas; null for those of the frame
+    this.room = null;  // screen pixels that show the canvas; null: the frame's pixels
     canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
     canvas.addEventListener('webglcontextrestored', () => {
       this.begin();
@@ -181,8 +181,8 @@ export class Picture {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  /// The factors of the sums of two groups of planes (plane_groups.js), which are the channels
-  /// together. Null where the planes are to be added themselves.
+  /// The factors of the sums of two groups of planes (plane_groups.js) that together make the
+  /// channels. Null where all planes must be added anew.
   factorsOfGroups() {
     if (this.isSummed || !this.base) return null;
     const found = planeGroups(this.base, this.weightList);
@@ -192,7 +192,7 @@ export class Picture {
     }
     const key = found.groups.join();
     if (key !== this.summed) {
-      // One sum is faster than two, until these groups come again.
+      // Two sums pay only if these groups come again.
       const comesAgain = key === this.wanted;
       this.wanted = key;
       if (!comesAgain) return null;
@@ -226,7 +226,7 @@ export class Picture {
     return this.others[1];
   }
 
-  /// The sums where the browser cannot draw into floats, or where the planes are too many.
+  /// The sums by the processor, for browsers that cannot draw into floats and for too many planes.
   sumHere() {
     const {width, height} = this.frame.header;
     const sums = new Float32Array(4 * width * height);
@@ -299,7 +299,8 @@ export class Picture {
     this.stretch(textures, factors, [width, height], tone, look, isLarge && !look.pixels);
   }
 
-  /// Makes colours of the channels of one texture, or of two with factors, of so many pixels.
+  /// Makes colours of the channels of one texture, or of two textures with factors, in `size`
+  /// pixels.
   stretch(textures, factors, size, tone, look, isSmoothed) {
     const gl = this.gl, {mode, gamma, saturation} = look;
     const {program, places} = this.programOf(shaders.stretch(

@@ -1,6 +1,5 @@
-// Which renders the page asks for, and what of them it shows: small ones while something moves,
-// then finer ones up to the scene's own tolerance. A frame of an older request is never shown
-// after one of a newer request.
+// The renders that the page asks for: small ones while something moves, then finer ones up to the
+// scene's own tolerance. A frame of an older request is never shown after one of a newer request.
 
 import {cameraSettings} from './view.js';
 import {channelsOf, planeWeights, spectralPlanes, valuesAt} from './channels.js';
@@ -11,11 +10,12 @@ import {completed, empty, enlarged, isEnd, putStrip} from './strips.js';
 const targetMs = 20;       // of a frame while moving
 const leastSide = 48;
 const leastChange = 0.15;  // of the side of moving views, relative
-// Coarse levels: longer side, tolerance, and the least longer side of a view that has them. A view's
-// strips show what a finer level would show, and a level takes a share of the view's own time.
+// Coarse levels: longer side, tolerance, and the least longer side of a view that has the level.
+// There are few, since a level takes time, and strips soon show the fine view.
 const levels = [[128, 0.05, 129], [256, 0.02, 1024]];
 
-/// Events: `asked` (a view was asked for), `frame` (a new picture), `strip` (rows of it are new), `busy` (detail: true or false), `problem` (detail: a text).
+/// Events: `asked` (a view was asked for), `frame` (a new picture), `strip` (rows of it are new),
+/// `busy` (detail: true or false), `problem` (detail: a text).
 export class Preview extends EventTarget {
   constructor({connection, doc, ui, picture}) {
     super();
@@ -144,7 +144,7 @@ export class Preview extends EventTarget {
 
   adapt(milliseconds) {
     const factor = Math.sqrt(targetMs / Math.max(milliseconds, 1));
-    // A canvas of another size costs more than a few milliseconds.
+    // A change of the canvas' size costs more than a small change of the side saves.
     if (Math.abs(factor - 1) < leastChange) return;
     const side = Math.round(this.side * Math.min(Math.max(factor, 0.7), 1.25));
     this.side = Math.min(Math.max(side, leastSide), this.ui.side);
@@ -173,9 +173,9 @@ export class Preview extends EventTarget {
     this.dispatchEvent(new CustomEvent('busy', {detail: false}));
   }
 
-  /// Shows other shares of light in the frame that is there: no render.
+  /// Shows other shares of light in the shown frame, without a render.
   showShares(edits) {
-    // A frame from before a component was added or moved keeps its shares.
+    // A frame that is older than an added or moved component keeps its shares.
     const names = (model) => model?.components.map((component) => component.name).join('/');
     if (!this.shown || names(this.shown.model) !== names(this.doc.model)) return;
     this.shares = edits;

@@ -80,7 +80,7 @@ export class Readout {
     }
     ink.font = `${10 * ratio}px system-ui, sans-serif`;
     ink.fillStyle = '#9a9da3';
-    // The ends first: a number between them that would touch another one is left out.
+    // The ends come first. A number between them is left out where it would touch another one.
     const taken = [];
     for (const place of [0, 1, 1 / 3, 2 / 3]) {
       const value = light(place) / tone.factor[1] + tone.black[1];

@@ -9,7 +9,7 @@ export function sliderScale(declared, value) {
   const size = Math.abs(declared.default || (finite(declared.default) ? 1 : value) || 1);
   let low = finite(declared.soft_min) ? declared.soft_min : declared.min;
   let high = finite(declared.soft_max) ? declared.soft_max : declared.max;
-  // Intervals are far wider than what is usual.
+  // Intervals are far wider than the range of usual values.
   const isWide = (bound) => !finite(bound) || Math.abs(bound) > wide * size;
   if (declared.unit === 'deg' && !finite(low) && !finite(high)) [low, high] = [-180, 180];
   if (!finite(declared.soft_max) && isWide(high)) high = wide / 2 * size;
@@ -33,7 +33,7 @@ export function positionOf(scale, value) {
   return Math.min(Math.max(place, 0), 1);
 }
 
-/// The value at a position, rounded to what a slider can resolve.
+/// The value at a position, rounded to the resolution of a slider.
 export function valueAt(scale, position) {
   const {low, high, log, integer} = scale;
   if (position <= 0) return low;

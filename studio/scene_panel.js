@@ -65,7 +65,7 @@ export class ScenePanel {
   state({name, type}) {
     const value = valueOf(this.word(this.table, this.row, name), type);
     const saved = this.savedTable;
-    // Rows are compared by their number while the list has its length.
+    // Rows are compared with the saved rows of equal number if both lists have one length.
     const first = saved.rows.length === this.table.rows.length ? valueOf(this.word(saved, this.row, name), type) : value;
     return {value, first, given: value !== null};
   }

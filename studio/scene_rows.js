@@ -15,7 +15,7 @@ export function rowsOf(scene) {
   return {columns: lines[0] ?? [], rows: lines.slice(1)};
 }
 
-/// Whether rows have an inclination, which is that towards the camera.
+/// Whether a row has an inclination or axis ratio, relative to the camera, and no `ox oy oz`.
 export function hasInclination(scene) {
   const {columns, rows} = rowsOf(scene);
   const places = ['inclination', 'axis_ratio'].map((name) => columns.indexOf(name)).filter((place) => place >= 0);
@@ -23,7 +23,7 @@ export function hasInclination(scene) {
   return rows.some((row) => places.some((place) => (row[place] ?? none) !== none) && (row[isFree] ?? none) === none);
 }
 
-/// The axis of the first row of a galaxy, that of rows without `ox oy oz` where it has none.
+/// The axis of the first row of a galaxy, or z, the axis of rows without `ox oy oz`.
 export function poleOf(scene, galaxy) {
   const {columns, rows} = rowsOf(scene);
   const row = rows.find((words) => words[columns.indexOf('galaxy')] === galaxy) ?? [];
@@ -38,8 +38,8 @@ export function valueOf(word, type) {
   return (type === 'number' || type === 'integer') && Number.isFinite(number) ? number : word;
 }
 
-/// Declarations of the columns: those of the list in its order, and the others. What is not declared
-/// is a parameter of the row's galaxy.
+/// Declarations of the columns: those of the list in its order, and the others. A column that is
+/// not declared is a parameter of the row's galaxy.
 export function columnsOf(names, declared) {
   const known = new Map(declared.map((one) => [one.name, one]));
   const other = (name) => ({name, type: 'text', unit: '', default: null, description: 'parameter of the row\'s galaxy'});

@@ -32,7 +32,7 @@ export class Seeds {
     await doc.edit([{set: [components.index, key, newSeed()]}], `another ${component.name}`);
   }
 
-  /// What a sheet can vary: [key, label].
+  /// The choices of what a sheet varies: [key, label].
   subjects() {
     const {components} = this.app;
     const list = [['all', 'Whole galaxy: arms and all noise'], ['arms', 'Course of the arms']];

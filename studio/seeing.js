@@ -25,8 +25,8 @@ export function gaussianKernel(fwhm) {
   return weights.map((weight) => weight / total);
 }
 
-/// PSF and noise of a frame that has `part` of the image's width: a width in the frame's pixels, and
-/// noise as the mean over the image's pixels has it. Null without either.
+/// PSF and noise for a frame whose width is `part` of the image's width. The noise is that of the
+/// mean over the image's pixels in a pixel of the frame. Null without either.
 export function seeingOf(look, part) {
   const fwhm = (look.psf ?? 0) * part, noise = (look.noise ?? 0) * part;
   if (!(fwhm >= 0.05) && !(noise > 0)) return null;

@@ -1,6 +1,6 @@
 // The shaders of picture.js. sum() adds planes to three channels, stretch() makes colours of them;
-// its formulas are those of stretch.js. Both are written for what they are used for: without a GPU
-// branches and loops cost several times the arithmetic.
+// its formulas are those of stretch.js. Both make a text for each use, since without a GPU branches
+// and loops cost several times the arithmetic.
 
 export const square = `#version 300 es
 in vec2 corner;

@@ -34,8 +34,8 @@ export class Stage {
     this.draw();
   }
 
-  /// Takes a new frame. One in the making is not drawn for each of its strips: without a GPU that
-  /// would slow its render down.
+  /// Takes a new frame. An unfinished frame is not drawn for each of its strips, which without a
+  /// GPU would slow its render down.
   takeFrame() {
     if (this.picture.frame?.header.isPartial && !this.preview.shares) {
       this.strips ??= setTimeout(() => { this.strips = null; this.take(); }, this.draft?.isSlow ? slowStripMs : stripMs);

@@ -34,7 +34,7 @@ export function channelWeights(wavelengths) {
   return weights;
 }
 
-/// What level() divides by for slope times white; 0 where the stretch is a straight line.
+/// The divisor of level() for slope times white; 0 where the stretch is a straight line.
 export function steepnessOf(mode, steep) {
   if (mode === 'linear' || !(steep > 1e-6)) return 0;
   return mode === 'log' ? Math.log1p(steep) : Math.asinh(steep);
@@ -153,7 +153,8 @@ function measureSky(sample) {
   return {level: low + blackSigmas * sigma, sigma};
 }
 
-/// Sums of value - black of all channels over the same pixels, those in which some channel is light.
+/// Sums of value - black of each channel, over the pixels in which some channel exceeds black by
+/// `least`.
 function sumLight(channels, black, least) {
   const light = channels.map(() => 0);
   for (let i = 0; i < channels[0].length; ++i) {

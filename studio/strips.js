@@ -20,8 +20,8 @@ function placesOf(header, frame) {
   return places.includes(undefined) ? null : places;
 }
 
-/// A frame of the strip's size that shows another one, each pixel that of the nearest place; null
-/// where their planes differ.
+/// A frame of the strip's size that shows another frame by its nearest pixels; null where their
+/// planes differ.
 export function enlarged(header, frame) {
   const places = placesOf(header, frame);
   if (!places) return null;

@@ -42,7 +42,8 @@ export class TimeLine {
     this.app.ui.say('keys');
   }
 
-  /// Adds a key frame here; without a free place at the end of the last one by a quarter.
+  /// Adds a key frame at this time. If another camera has a key frame at a time that was not
+  /// chosen, the new one comes a quarter of the film later.
   add() {
     const {ui} = this.app;
     const time = this.keyAt(this.time) && JSON.stringify(this.keyAt(this.time).camera) !== JSON.stringify(ui.camera) && !this.isPlaced ?

@@ -1,4 +1,4 @@
-// What the page shows, as opposed to what is edited: camera, mutes, stretch, panels, key frames. It
+// The state of the page apart from the document: camera, mutes, stretch, panels, key frames. It
 // survives a reload, and undo leaves it alone.
 
 const place = 'gstudio';
@@ -50,7 +50,7 @@ export class UiState extends EventTarget {
   }
 }
 
-/// What the last page of this tab kept, or null.
+/// The state that the last page of this tab kept, or null.
 export function restore() {
   try {
     return JSON.parse(sessionStorage.getItem(place));

@@ -27,7 +27,7 @@ export function basis(camera) {
 export const isSky = (camera) => camera.projection === 'sky';
 export const isFlat = (camera) => camera.projection === 'orthographic' || camera.projection === 'perspective';
 
-/// Whether a row's inclination, which is that towards the camera, means another orientation.
+/// Whether an inclination, relative to the camera, means another orientation after this change.
 export function turnsGalaxies(before, after) {
   if (isSky(before) || isSky(after)) return false;
   const seen = ({projection, position, target, up}) => {

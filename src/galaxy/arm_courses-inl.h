@@ -51,7 +51,7 @@ class ArmNodes {
     hn::Store(hn::ShiftLeft<2>(hn::ConvertTo(di, node)), di, index_);
   }
 
-  /// Looks up the arm whose table this is.
+  /// The values of the arm whose table this is.
   HWY_INLINE ArmPlaces<D> LookUp(D d, const float* HWY_RESTRICT table) const {
     static_assert(ArmCourses::node_size == 4);
 #if HWY_TARGET != HWY_SCALAR && !HWY_HAVE_SCALABLE
@@ -111,7 +111,8 @@ HWY_INLINE V WithoutTurns(D d, V angle) {
   return NearestRest(d, angle, 2 * std::numbers::pi, 6.28125f);
 }
 
-/// ArmCourses' F at this angle from the pattern's winding, turned by the component's shift.
+/// The factor F of ArmCourses. `angle` is the azimuth minus the pattern's winding and the
+/// component's shift.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V ArmFactor(D d, V r, V angle, const ArmFactorInput& in) {
   const V one = hn::Set(d, 1.0f);

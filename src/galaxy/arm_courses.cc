@@ -31,7 +31,7 @@ void StraightenArms(const Points& points, const float* HWY_RESTRICT winding, flo
     const ArmNodes nodes(d, hn::Sqrt(hn::MulAdd(px, px, hn::Mul(py, py))));
     const auto angle =
         hn::Sub(hn::Sub(Atan2(d, py, px), hn::Set(d, shift)), hn::Load(d, winding + i));
-    // The first weight is never below those of arms half a turn away, which vanish.
+    // The initial value avoids 0/0 where the weights of all arms vanish.
     auto weights = hn::Set(d, 1e-30f);
     auto sum = hn::Zero(d);
     for (int k = 0; k < trunks; ++k) {
@@ -123,7 +123,7 @@ struct ArmCourses::Arm {
   std::vector<double> strengths() const;
 
  private:
-  /// d theta/d ln r by the law alone, without the segments that are drawn.
+  /// d phi/d ln r of the pattern or of the arm's pitch angles, without random segments.
   double law(const ArmPattern& pattern, double orientation, double r) const;
   /// Excess of d phi/d ln r over that of the pattern at each node, from node `first` on.
   std::vector<double> excesses(const ArmPattern& pattern, std::size_t first) const;

@@ -30,7 +30,7 @@ class ArmCourses {
 
   /// Number of intervals of the tables in r, which are linear between their nodes.
   static constexpr int intervals = 512;
-  /// Floats of one node: offset, strength, 1/width, and one that pads.
+  /// Floats of one node: offset, strength, 1/width, and padding.
   static constexpr int node_size = 4;
 
   /// Floats of the tables of one arm.
@@ -60,8 +60,8 @@ class ArmCourses {
 
   /// Turns points about the axis so that the trunks, arms that leave no other arm, become an even
   /// pattern. Trunk k then has the constant offset 2 pi k/trunks(). The arms are turned by `shift`
-  /// (radians). Between arms the angle is a mean of the arms' angles, weighted with exp(-4.5
-  /// (Delta_k trunks/2 pi)^2). The arrays x, y hold the result.
+  /// (radians). The angle of the turn is a mean over the trunks, weighted with exp(-4.5 (Delta_k
+  /// trunks/2 pi)^2). The arrays x, y hold the result.
   void straighten(const Points& points, const ArmPattern& pattern, double shift, float* x,
                   float* y) const;
 

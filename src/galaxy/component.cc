@@ -44,7 +44,6 @@ ParameterTable common_parameters() {
   };
 }
 
-/// The keys of light.
 ParameterTable light_parameters(bool has_own_spectrum) {
   return {
       has_own_spectrum
@@ -63,7 +62,6 @@ ParameterTable light_parameters(bool has_own_spectrum) {
   };
 }
 
-/// The keys of dust.
 ParameterTable dust_parameters() {
   return {
       Parameter::number("optical_depth", "", Interval::closed(0, 1000).usual_logarithmic(0.02, 50),
@@ -264,7 +262,7 @@ std::unique_ptr<Component> ComponentReader::read(const ConfigNode& node, int ind
   component->digests_ = std::move(digests);
   component->kind_ = kind.name;
   component->traits_ = kind.traits;
-  // In files of some kinds the key `bulge` decides whether the component is a bulge.
+  // The key `bulge` of some kinds decides whether the component is a bulge.
   if (std::ranges::count(kind.parameters, "bulge", &Parameter::name) > 0) {
     component->traits_.is_bulge = values.boolean("bulge");
   }

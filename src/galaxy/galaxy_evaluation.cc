@@ -85,7 +85,8 @@ void TurnBack(std::size_t size, const float* x, const float* y, const float* win
   }
 }
 
-/// `heights` replace z. `footprints` and `coherence` may be null.
+/// Keeps the points where `need` exceeds the threshold, turned back by the twirl. `heights` replace
+/// z. `footprints` and `coherence` may be null.
 void Compact(const SampleBatch& batch, const float* heights, const float* HWY_RESTRICT need,
              float threshold, float twirl, bool has_winding, const float* footprints,
              float footprint_scale, const float* coherence, CompactedPoints& out) {
@@ -297,7 +298,7 @@ void Galaxy::look_up_means(std::size_t size, const BatchArray* log_footprints, b
       std::fill_n(out[c].data(), padded(size), calibration_.means[c].narrowest());
     }
   }
-  // A follower's mean is the mean of its own Phi times that of the followed component.
+  // The table of a follower holds the mean of its own Phi times the followed Phi.
   for (std::size_t c = 0; c < components_.size(); ++c) {
     if (followed_[c] < 0) continue;
     const BatchArray& followed = out[static_cast<std::size_t>(followed_[c])];
@@ -317,7 +318,8 @@ class Galaxy::Evaluation {
   void finish(std::span<const double> deviations);
 
  private:
-  /// Rays of one galaxy mostly have one footprint and direction, so that tables are looked up once.
+  /// Copies the first value to all points if all rays have one footprint and obliquity, as most
+  /// rays of one galaxy do. Tables are then looked up once.
   void spread(BatchArray& values) const {
     if (is_even_) std::fill_n(values.data(), padded(batch_.size), values[0]);
   }
@@ -375,7 +377,7 @@ void Galaxy::Evaluation::follow() {
   for (std::size_t k = 0; k < followed.size(); ++k) {
     const std::size_t c = followed[k];
     std::memcpy(need.data(), densities_[c].data(), padded(batch_.size) * sizeof(float));
-    // The component with the greatest need of the noise decides.
+    // The smallest limit of all components that need the noise counts.
     double scale = galaxy_.components_[c]->threshold_scale();
     for (std::size_t f = 0; f < count_; ++f) {
       if (galaxy_.followed_[f] != static_cast<int>(c)) continue;

@@ -65,7 +65,8 @@ std::vector<KeyUse> component_key_uses(const ComponentKind& kind) {
     const bool is_there = is_elsewhere || has_key(kind, use.selector) || use.selector == "noise";
     if (has_key(kind, use.key) && is_there) uses.push_back(std::move(use));
   }
-  // Ellipses of a layer; a bar of equal axes has corners.
+  // A layer of axis ratio 1 is round, and has no position angle. A bar of axis ratio 1 is not
+  // round.
   if (has_key(kind, "position_angle") && has_key(kind, "break_radius")) {
     uses.push_back({"position_angle", "axis_ratio", {"1"}, true});
   }

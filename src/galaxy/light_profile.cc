@@ -11,7 +11,8 @@
 namespace gamer {
 namespace {
 
-// Midpoint rules in asinh(r / finest_radius) and asinh(z / finest_radius), and in azimuth.
+// Numbers of points of midpoint rules in asinh(r / finest_radius), asinh(z / finest_radius) and
+// azimuth.
 constexpr int radii = 240, heights = 60, azimuths = 16, azimuths_of_uneven = 96;
 constexpr double finest_radius = 1e-4;
 
@@ -139,7 +140,7 @@ LightProfile::LightProfile(std::span<const ComponentProfile> profiles,
     for (std::size_t c = 0; c < profiles.size(); ++c) sum += light[c] * profiles[c].inside[i];
     return sum;
   };
-  // Half of the light is between the radii `low` and `high`.
+  // The half-light radius is between the radii of indices `low` and `high`.
   std::size_t low = 0, high = radii;
   while (high - low > 1) {
     const std::size_t middle = (low + high) / 2;

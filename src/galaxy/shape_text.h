@@ -7,13 +7,13 @@
 
 namespace gamer {
 
-/// A text of the settings, besides overrides, that decide a galaxy's textures and what is measured
-/// of them.
+/// A text of the settings, besides overrides, that decide a galaxy's textures and their
+/// measurements.
 std::string measure_key(const GalaxySettings& settings);
 
 /// A digest of 128 bits, in hexadecimal digits, of all that decides the textures of a galaxy file's
-/// tree and their statistics, except the components' amplitudes. Names, spectra, intensities,
-/// fractions and the optical depth of smooth layers do not count.
+/// tree and their statistics, except the components' amplitudes. Descriptions, spectra, extinction
+/// curves, intensities, fractions and optical depths do not count.
 std::string shape_text(const ConfigNode& file, const GalaxySettings& settings);
 
 /// A text of all that components depend on besides their own tables: arms and axis of a galaxy

@@ -148,14 +148,14 @@ namespace {
 // The largest tan p in h, which would grow without limit in a bar.
 const double steepest_tangent = std::tan(80 * full_turn / 360);
 
-// The innermost radius for the reference pitch, which is a median over radii outwards.
+// The reference pitch is the median over radii from this one to 1.
 constexpr double reference_radius = 0.15;
 constexpr int reference_samples = 33;
 
 // Largest deviation of offsets from equal angles for evenly spread arms, radians.
 constexpr double offset_tolerance = 1e-6;
 
-/// |r dtheta/dr| of the arms, that is cot p, with its sign.
+/// r dtheta/dr of the arms: cot p with the sign of the winding.
 double slope_of(const ArmPattern& arms, double r) {
   constexpr double h = 1e-5;
   return (arms.winding(r * (1 + h)) - arms.winding(r * (1 - h))) / (2 * h);
@@ -306,7 +306,7 @@ HelicalMap HelicalMap::along(const SpiralCoordinates& coordinates, double freque
     const double share = (whole - turned) / (n * n + cycle * cycle);
     const double m_u = wanted[row][0] + share * n;
     const double m_v = wanted[row][1] + share * cycle;
-    // Lattices do not know the sign of their axes.
+    // The sign of a lattice's axis has no effect.
     const double sign = whole < 0 ? -1 : 1;
     image[row] = static_cast<int>(sign * whole);
     slope[row] = sign * (m_u * n / tangent - m_v * cycle * tangent) / full_turn;

@@ -90,7 +90,6 @@ class RingSums {
   std::vector<double> sums_;  ///< [ring * components_ + component]
 };
 
-/// The knobs for a stamp.
 Accuracy stamp_accuracy(const RenderParameters& parameters, double ray_distance) {
   return Accuracy::from_tolerance(parameters.sampling.tolerance).for_sums(ray_distance);
 }
@@ -308,7 +307,7 @@ bool is_small(const PlacedGalaxy& galaxy, const Camera& camera) {
 bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera) {
   if (parameters.camera.supersample || !is_small(galaxy, camera)) return false;
-  // Stars that the file wants drawn one by one are not light of rays.
+  // Light of stars that are drawn individually does not come from rays.
   const auto has_stars = [](const auto& component) { return component->star_field() != nullptr; };
   if (parameters.sampling.stars_per_pixel.value_or(0) > 0 &&
       std::ranges::any_of(galaxy.galaxy->components(), has_stars)) {

@@ -27,7 +27,7 @@ constexpr std::size_t most_rays = std::size_t{1} << 23;
 /// Places of at least `count` rays in a square of side 1. The lattice rule of rank 1 has the points
 /// ((i + 1/2)/n, the fraction of (i + 1/2) a/n). Each coordinate alone is a midpoint rule of n
 /// points. The odd `a` maximises the distance of neighbours, including those in adjoining squares.
-/// An n whose neighbours are close for their number is skipped.
+/// An n whose closest neighbours are nearer than least_distance/sqrt(n) is replaced by the next n.
 std::span<const glm::dvec2> lattice(int count) {
   constexpr double least_distance = 0.8;
   static const std::vector<std::vector<glm::dvec2>> lattices = [] {
@@ -87,7 +87,7 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
     const glm::dvec3 origin = placed.to_ball * (ray.origin - placed.centre);
     glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
-    // Galaxies behind the camera are not seen.
+    // Where a galaxy's centre is behind the camera, the ray's nearest point is its origin.
     const double way = glm::dot(origin, direction);
     const glm::dvec3 nearest = is_parallel || way < 0 ? origin - way * direction : origin;
     const double length = size * pixel;
@@ -225,7 +225,8 @@ void Renderer::refine(const Sample& cell, const std::optional<Ray>& middle, Work
   const auto keep_gauss = [&](const Sample& part) { cut(part, 2, gauss, keep); };
   if (middle && coarse.rays <= 1) return keep(cell);
   if (!middle || cell.size <= work.finest_cell) return keep_gauss(cell);
-  // The cell has rays of a lattice rule, or parts along a side with the 2 x 2 Gauss rule each.
+  // The cell has `rays` rays of a lattice rule, or `parts` x `parts` parts with the 2 x 2 Gauss
+  // rule each.
   const double parts = std::max(std::ceil(coarse.parts), 1.0);
   const double rays = std::max(std::ceil(coarse.rays * coarse.rays), 1.0);
   // Where the envelope is steep, its scale varies within the cell.

@@ -19,7 +19,7 @@ namespace gamer {
 namespace {
 
 // Largest number of hits of rays that are integrated together. The nodes of a segment are stored
-// for each of its galaxies, which takes 40 kB for each of thousands behind each other.
+// for each of its galaxies. Where thousands of galaxies overlap, this takes 40 kB for each.
 constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
 
 // Side, in pixels, of tiles for which galaxies are searched and rays are integrated together. Tiles
@@ -44,8 +44,8 @@ std::shared_ptr<const SpectralBasis> make_basis(const RenderParameters& paramete
       chooser.add(placed.galaxy, placed.redshift, 0);
   }
   const SpectralProbes chosen = scene.probes ? *scene.probes : chooser.choose();
-  // A galaxy of dust alone is probed with the light of the farthest. Without any light there is an
-  // optical depth, but no spectrum to probe it with.
+  // A galaxy of dust alone is probed with the light of the farthest galaxy or, without any light,
+  // with a flat spectrum.
   static const std::shared_ptr<const Sed> flat = [] {
     Resources none(std::vector<std::filesystem::path>{});
     return find_sed("flat", "", none);

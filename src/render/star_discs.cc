@@ -23,9 +23,9 @@ double taper(double share) {
   return left * left;
 }
 
-/// The light of a core of radius 1 with a halo of some power p, in units of a white disc of this
-/// radius. Up to its end e it is the integral of 2 x/(1 + x^p) (1 - (x/e)^2)^2 from 0 to e. It is
-/// linear between entries of a table.
+/// The light of a core of radius 1 with a halo of power p that ends at e, in units of a white disc
+/// of radius 1. This light is the integral of 2 x/(1 + x^p) (1 - (x/e)^2)^2 from 0 to e, from a
+/// table in e.
 class LightWithin {
  public:
   explicit LightWithin(double power) : power_(power) {
@@ -142,7 +142,8 @@ class StarProfile {
   }
 
  private:
-  /// About the radius of a disc of one pixel, which always has the middle of a pixel near.
+  /// Smallest radius of a core. A disc of this radius, with its edge of one pixel, always reaches
+  /// the middle of a pixel.
   static constexpr double least_radius = 0.5;
 
   double response(double q) const { return 1 / (1 + std::pow(q, power_)); }
@@ -185,7 +186,7 @@ double least_area(const Camera& camera, const StarPainter::Tile& tile, double ma
       return std::min(camera.solid_angle(0, std::clamp(bottom, 0.0, last)),
                       camera.solid_angle(0, std::clamp(top, 0.0, last)));
     case Projection::cubemap:
-      // The pixel at a cube's corner is the least.
+      // The pixel at a cube's corner is the smallest.
       return camera.solid_angle(0, 0);
     case Projection::fisheye: {
       // Areas fall with the angle. Up to about 220 degrees pixels differ little across the rim.

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t most_port_digits = 5;
 
-/// Takes what stands before the separator off the text.
+/// Returns the part of the text before the separator, and removes both from the text.
 std::string_view take_until(std::string_view& text, char separator) {
   const std::size_t end = std::min(text.find(separator), text.size());
   const std::string_view taken = text.substr(0, end);
@@ -34,7 +34,7 @@ bool is_token(std::string_view text) {
          });
 }
 
-/// An open file, closed at its end.
+/// An open file, which the destructor closes.
 class OpenFile {
  public:
   explicit OpenFile(int number) : number_(number) {}
@@ -49,7 +49,6 @@ class OpenFile {
   int number_;
 };
 
-/// The secrets of a file.
 ServerSecrets read_secrets(const std::filesystem::path& path) {
   const OpenFile file(open(path.c_str(), O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};

@@ -12,7 +12,6 @@ namespace gamer {
 /// 128 random bits of the operating system as 32 hexadecimal digits. Throws RunError.
 std::string make_token();
 
-/// Secrets of a server.
 struct ServerSecrets {
   std::string token;   ///< secret in the server's address
   std::string cookie;  ///< secret that a browser gets in exchange for the token
@@ -30,13 +29,14 @@ ServerSecrets make_secrets(const std::filesystem::path& file);
 bool are_equal_secrets(std::string_view a, std::string_view b);
 
 /// Whether the value of a Host header names this machine: 127.0.0.1 or localhost, with any port. A
-/// tunnel has a port of its own. Other names may be a stranger's that lead here (DNS rebinding).
+/// tunnel has a port of its own. Another name may be that of a stranger's domain that leads here
+/// (DNS rebinding).
 bool is_own_host(std::string_view host);
 
 /// Whether the value of an Origin header is that of a page served by this host.
 bool is_own_origin(std::string_view origin, std::string_view host);
 
-/// The value of a cookie in a Cookie header; nothing where it is not there.
+/// The value of a cookie in a Cookie header; nothing without this cookie.
 std::optional<std::string_view> cookie_value(std::string_view header, std::string_view name);
 
 /// The path of a request's target, and the value of `token` in its query.

@@ -30,7 +30,8 @@ std::string shell_text(const std::vector<std::string>& words) {
   return text;
 }
 
-/// The name of the folder with the texts of a render: that of its file without suffix.
+/// The name of the folder with the texts of a render: that of its file up to the first dot, then
+/// ".sources".
 std::string sources_name(const std::string& output) {
   return output.substr(0, output.find('.')) + ".sources";
 }
@@ -78,7 +79,7 @@ Json Answers::operator()(const GalaxyRequest& request) {
     throw input_error("the catalogue has no galaxy {}{}", in_quotes(request.name),
                       did_you_mean(request.name, names));
   }
-  // A galaxy of the document is the one that its scene finds.
+  // A galaxy of the document comes before one of the catalogue.
   const auto known = document_.texts.galaxies.find(request.name);
   if (known == document_.texts.galaxies.end()) {
     const Resources::Text& text =
@@ -96,7 +97,7 @@ Json Answers::operator()(const ModelRequest& request) const {
 }
 
 Json Answers::operator()(const SaveRequest& request) {
-  // A file that no program reads would be of no use.
+  // Throws for a text that is no galaxy.
   (*this)(ModelRequest{request.text});
   return request.is_own ? save_own(request) : save_as(request);
 }
@@ -131,7 +132,7 @@ Json Answers::operator()(const SaveSceneRequest& request) {
   PageDocument document = document_.texts;
   document.scene = request.text;
   paths_.check(document);
-  // A file that is no list is not written.
+  // Throws for a text that is no list.
   edit_scene(request.text, {}, document_.label);
   save_over(file, document_.texts.scene, request.text, request.overwrite);
   return {{"op", "saved"}, {"scene", true}, {"file", file.filename().string()}};

@@ -48,7 +48,7 @@ class Answers {
   OpenedDocument document_;
   KnownPaths paths_;
   OutputFolder folder_;
-  std::string galaxy_label_;  ///< file beside which a galaxy's text names others
+  std::string galaxy_label_;  ///< a galaxy's text names files relative to this file
 };
 
 }  // namespace gamer

@@ -23,7 +23,8 @@ bool has_display() {
   return std::getenv("DISPLAY") != nullptr || std::getenv("WAYLAND_DISPLAY") != nullptr;
 }
 
-/// Makes a page that leads to the address. Returns its path, or "" where it cannot be made.
+/// Makes a page that forwards the browser to the address. Returns its path, or "" where it cannot
+/// be made.
 std::string make_leading_page(const std::string& address) {
   const std::string suffix = ".html";
   std::error_code error;

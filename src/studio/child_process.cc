@@ -41,7 +41,7 @@ class Pipe {
   std::array<int, 2> ends_{-1, -1};
 };
 
-/// The part of the child; it calls nothing that another thread may have locked.
+/// Runs in the child, and calls nothing that another thread may have locked.
 [[noreturn]] void become(char* const* arguments, int output, pid_t parent) {
   constexpr int not_started = 127;
   // The child ends with this program.
@@ -96,7 +96,7 @@ ChildEnd run_child(const std::vector<std::string>& words, const std::function<vo
   siginfo_t info{};
   while (waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOWAIT) != 0 && errno == EINTR) {
   }
-  // Until it is waited for, its number belongs to no other process.
+  // Until waitpid() its number belongs to no other process.
   started(0);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) {

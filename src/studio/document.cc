@@ -78,7 +78,7 @@ OpenedDocument open_document(const StudioOptions& options, const Session& sessio
   document.options = options;
   std::size_t bytes = document.texts.parameters.size() + document.texts.scene.size();
   for (const auto& [name, text] : document.texts.galaxies) bytes += text.size();
-  // A part of a message stays for the rest of it, and for quotes within the texts.
+  // A quarter of a message is left for its other members and for escaped characters of the texts.
   if (bytes > most_message_bytes / 4 * 3) {
     throw input_error(SourceLocation{document.label, 0, 0},
                       "parameters, scene and galaxies together have {} bytes; the page "

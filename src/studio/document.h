@@ -20,7 +20,7 @@ struct OpenedDocument {
   StudioOptions options;
 };
 
-/// Reads what the options name. Throws InputError.
+/// Reads the files of the options. Throws InputError.
 OpenedDocument open_document(const StudioOptions& options, const Session& session);
 
 /// The render parameters of a document. Throws InputError.

@@ -56,13 +56,13 @@ RenderJob load_view(const Session& session, const std::string& label, const Draf
   if (is_flat) set("width", 2 * radius);
   RenderParameters parameters = level_parameters(parameters_of(document, label, session.folders()),
                                                  {footprint_pixels, footprint_pixels, {}});
-  // The job measures the galaxy; nobody looks at the image.
+  // The job measures the galaxy; its image is not used.
   parameters.set("image", "region", std::vector<double>{1, 1, 1, 1});
   return session.load(
       {parameters.toml(), RenderInput::Text{document.scene}, document.galaxies, {}, label});
 }
 
-/// Throws InputError where the job is more than what a draft can show.
+/// Throws InputError for a job that a draft cannot show.
 void check_job(const RenderJob& job, const RenderJob& other) {
   const Scene& scene = *job.scene;
   if (scene.galaxies.size() != 1 || scene.objects != 1) {
@@ -82,7 +82,7 @@ void check_job(const RenderJob& job, const RenderJob& other) {
 
 constexpr std::size_t all_numbers = Draft::numbers + Draft::other_variants;
 
-/// A component and its factors of the planes.
+/// A component, and the factor of its light in each plane.
 struct Contribution {
   std::size_t component = 0;
   bool absorbs = false;
@@ -184,7 +184,8 @@ class Baker {
     }
   }
 
-  /// A band's light behind a screen falls less than at a wavelength, since its red part stays.
+  /// Finds the extinction of each plane from its light behind a screen of tau_V = 1. The light of a
+  /// band falls less than that of one wavelength, since its red part remains.
   void set_extinction(double all_dust, const std::vector<double>& curve,
                       const std::vector<double>& flux) {
     constexpr double screen = 1;
@@ -199,7 +200,7 @@ class Baker {
     }
   }
 
-  /// The voxels of a row, those outside the ball left 0.
+  /// Fills the voxels of a row that are in the ball; the others stay 0.
   void fill_row(std::size_t iy, std::size_t iz, float* out) const {
     const double y = places_[1][iy], z = places_[2][iz];
     const double room = 1 - y * y - z * z;

@@ -21,7 +21,7 @@ namespace gamer {
 /// from 0 at x = -1 to nodes - 1 at x = 1.
 struct DraftAxis {
   int nodes = 2;
-  double core = 1;   ///< half of the stretch in which nodes are closest, galaxy radii
+  double core = 1;   ///< half width of the interval in which nodes are closest, galaxy radii
   double share = 0;  ///< share of the nodes that are close together
 
   double index(double x) const;

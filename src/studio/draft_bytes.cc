@@ -38,8 +38,7 @@ std::string compressed(const std::string& bytes) {
   return result;
 }
 
-/// Appends differences along x of a number of each voxel, less a number from which it differs
-/// little, to high and low bytes.
+/// Collects the differences along x of codes of voxels, as high and low bytes.
 class Differences {
  public:
   Differences(std::size_t row, std::size_t numbers) : row_(row) {
@@ -47,7 +46,7 @@ class Differences {
     low_.reserve(numbers);
   }
 
-  /// Numbers at `step` from each other; `base` may be null.
+  /// Adds one number of each voxel, `step` apart, minus the number `base`, which may be null.
   void add(const std::uint16_t* number, const std::uint16_t* base, std::size_t voxels,
            std::size_t step, std::size_t base_step) {
     int before = 0;

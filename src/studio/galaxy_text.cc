@@ -81,7 +81,7 @@ class TextTable {
     return add(key, value);
   }
 
-  /// Removes a pair or all below a key; nothing happens where it is not there.
+  /// Removes the pair of a key and all pairs below it, if there are any.
   void reset(const Key& key) {
     std::vector<std::pair<std::size_t, std::size_t>> gone;
     for (const Part& part : parts_) {
@@ -208,7 +208,7 @@ struct Slot {
   std::size_t begin = 0, end = 0;
 };
 
-/// A text and what it says, which edits change together.
+/// A text and its tree, which edits change together.
 class EditedText {
  public:
   EditedText(std::string text, const std::string& label)
@@ -221,11 +221,11 @@ class EditedText {
     const ConfigNode document = parse_toml("value = " + edit.value, label_);
     const ConfigNode& value = *document.find("value");
     const bool* flag = std::get_if<bool>(&value.data);
-    // Noise that is switched on is noise that is not switched off.
+    // noise = true removes noise = false; a table `noise` stays.
     if (edit.component && edit.key == "noise" && flag != nullptr && *flag) return switch_on(edit);
     Key key = parts_of(edit.key);
     set_node(table_of(tree_, edit.component, key), key, &value);
-    // A value takes the place of tables.
+    // A value replaces the tables below its key.
     key = parts_of(edit.key);
     TextTable place = table(edit.component, key);
     if (!place.has(key)) {
@@ -295,7 +295,7 @@ class EditedText {
     if (list.empty())
       std::erase_if(tree_.table(), [](const auto& one) { return one.first == "arm"; });
     std::size_t begin = all[index].begin, end = all[index].end;
-    // Blank lines on one side go along.
+    // Blank lines behind the table are erased too, or those before it at the text's end.
     while (end < text_.size() && (text_[end] == '\n' || text_[end] == '\r')) ++end;
     if (end == text_.size()) {
       while (begin > 1 && text_[begin - 1] == '\n' &&
@@ -414,7 +414,7 @@ class EditedText {
   ConfigNode::Array& list_of(TextList list) {
     return list == TextList::components ? components_of(tree_) : arms_of(tree_);
   }
-  /// An element of a list. Throws InputError for a number that it has not.
+  /// An element of a list. Throws InputError where the list has no element of this number.
   ConfigNode& element_at(TextList list, int index) {
     return list == TextList::components ? component_at(tree_, index) : arm_at(tree_, index);
   }
@@ -446,7 +446,7 @@ class EditedText {
     for (const ConfigNode& one : parsed.find(name)->array()) list.push_back(one);
   }
 
-  /// Writes the arms of the pattern as tables, which then have their number and angles.
+  /// Writes the arms of the pattern as tables, which replace `count` and `offsets`.
   void add_first_arms() {
     std::string blocks;
     for (const double angle : pattern_angles(tree_)) {
@@ -489,7 +489,7 @@ class EditedText {
     text_.insert(slot.end, (ends_line ? "" : line_end_) + line_end_ + block);
   }
 
-  /// Writes the names of components that have none, of which the place would change.
+  /// Writes the default names of components without a name whose number would change.
   void keep_names(std::size_t first, std::size_t last = std::string::npos) {
     const std::vector<std::string> names = component_names(tree_);
     for (std::size_t c = first; c < std::min(last, names.size()); ++c) {
@@ -522,7 +522,7 @@ class EditedText {
     std::string block = fmt::format("[[component]]{0}class = {1}{0}name = {2}{0}", line_end_,
                                     toml_string(kind.name), toml_string(name));
     for (const Parameter& parameter : kind.parameters) {
-      // Bulges need one of two radii, of which none is required by itself.
+      // A bulge needs one of two radii, neither of which is required by itself.
       const bool is_needed = parameter.required || parameter.name == "effective_radius";
       if (!is_needed || parameter.name == "class") continue;
       block += fmt::format("{} = {}{}", parameter.name, first_value(kind, parameter), line_end_);

@@ -33,8 +33,8 @@ std::string type_of(std::string_view name) {
   return "text/plain; charset=utf-8";
 }
 
-/// The answer to the right token: the cookie, and a page that leads on. A page of this site leads
-/// on since browsers keep strict cookies from what another site began.
+/// The answer to the right token: the cookie, and a page of this site that forwards to the Studio.
+/// Browsers send no strict cookie with a request that another site began.
 HttpAnswer welcome(const ServerSecrets& secrets) {
   return {.type = "text/html; charset=utf-8",
           .body =

@@ -39,8 +39,8 @@ std::vector<std::string> look_settings(const OpenedDocument& opened, const PageD
   return settings;
 }
 
-/// Copies what a document names beside its scene. A name of the catalogue has no path in the record
-/// of a job, "seds/E"; what was found beside the scene has one, "seds/./mine.sed".
+/// Copies the files beside the scene that a document names. In the record of a job a name of the
+/// catalogue has no path ("seds/E"), but a file beside the scene has one ("seds/./mine.sed").
 void write_neighbours(const Session& session, const std::string& label,
                       const PageDocument& document, const fs::path& folder) {
   const RenderInput input{document.parameters, RenderInput::Text{document.scene}, document.galaxies,

@@ -23,7 +23,7 @@ std::vector<std::string> job_words(const OpenedDocument& opened, const PageDocum
 void write_sources(const Session& session, const std::string& label, const PageDocument& document,
                    const std::filesystem::path& folder);
 
-/// Writes a file so that it is complete or not there. Throws RunError.
+/// Writes a file that appears only when it is complete. Throws RunError.
 void write_text(const std::filesystem::path& path, const std::string& text, bool overwrite);
 
 /// The text of a file; nothing where it cannot be read.

@@ -50,7 +50,7 @@ void walk_scene(std::string_view scene, const Take& take) {
   }
 }
 
-/// The texts of a document. What is no TOML has none; reading it will say so.
+/// The values of a TOML text. A text that is no TOML has none; reading it fails later.
 void walk_toml(const std::string& text, const Take& take) {
   ConfigNode root;
   try {

@@ -90,7 +90,6 @@ struct RenderRequest {
 };
 struct OutputsRequest {};
 
-/// A message of the page.
 struct Message {
   std::int64_t id = 0;
   std::variant<OpenRequest, EditRequest, EditSceneRequest, GalaxyRequest, ModelRequest, ViewRequest,

@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// The keys of a table, "noise.k0" of a table in it.
+// Appends the keys of a table; those of a table within it are like "noise.k0".
 void add_given(const ConfigNode& node, const std::string& prefix, Json& list) {
   for (const auto& [key, value] : node.table()) {
     if (value.is_table()) {

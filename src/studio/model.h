@@ -17,7 +17,7 @@ namespace gamer {
 nlohmann::json model_json(const std::string& text, const std::string& label,
                           const std::vector<std::filesystem::path>& folders);
 
-/// The names of a galaxy's components in the order of the file, those that are not active included.
+/// The names of a galaxy's components in the order of the file, including inactive components.
 std::vector<std::string> component_names(const ConfigNode& galaxy);
 /// The kinds of these components.
 std::vector<std::string> component_kinds_of(const ConfigNode& galaxy);

@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// The one folder that the page writes into and reads from, by names of plain files.
+/// The folder of StudioOptions, in which the page writes and reads files by plain names.
 class OutputFolder {
  public:
   explicit OutputFolder(std::filesystem::path folder) : folder_(std::move(folder)) {}

@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// The message that says what was wrong with the message `id`, or with one that has no number.
+/// An error message about the message `id`, or about a message without a number.
 nlohmann::json error_message(std::optional<std::int64_t> id, const std::string& message);
 
 /// A page that is connected. Any thread may call its functions; messages to a page that has gone

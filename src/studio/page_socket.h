@@ -47,7 +47,7 @@ class PageSocket : public std::enable_shared_from_this<PageSocket> {
   void enqueue(Outgoing outgoing);
   void drop_frames();
 
-  /// Sockets that are open.
+  /// Number of open sockets.
   static int count() { return count_; }
 
  private:

@@ -54,7 +54,7 @@ void RenderQueue::add(RenderTask task) {
   queue_.add([this, render] {
     const Json end = run(*render);
     {
-      // A page that hears of the end finds the render gone.
+      // The render is removed before the page learns of its end.
       const std::lock_guard lock(mutex_);
       renders_.remove(render);
     }

@@ -50,7 +50,7 @@ std::vector<Line> lines_of(const std::string& text) {
   return lines;
 }
 
-/// A text and what it says, which edits change together.
+/// A text and its words, which edits change together.
 class EditedScene {
  public:
   EditedScene(std::string text, std::string label)
@@ -181,7 +181,7 @@ class EditedScene {
     read();
   }
 
-  /// Replaces a word. Blanks before the next word give way, so that columns stay in text_line.
+  /// Replaces a word. Blanks before the next word give way, so that columns stay aligned.
   void put(std::size_t line, std::size_t column, const std::string& word) {
     const Line& text_line = lines_[line];
     const auto [begin, end] = text_line.words[column];
@@ -198,8 +198,8 @@ class EditedScene {
     move_words(line, column, word.size(), cell.size() - (next - begin));
   }
 
-  /// Places of words after one of `size` bytes has been put and what follows has moved by `shift`,
-  /// which wraps where it is negative.
+  /// Updates the places of words after a word of `size` bytes was put and all that follows moved by
+  /// `shift` bytes. A negative `shift` wraps.
   void move_words(std::size_t line, std::size_t column, std::size_t size, std::size_t shift) {
     Line& text_line = lines_[line];
     text_line.words[column].end = text_line.words[column].begin + size;

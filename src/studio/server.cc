@@ -27,7 +27,7 @@ constexpr int most_connections = 64, most_sockets = 16;
 constexpr std::uint32_t most_header_bytes = 8192;
 constexpr auto patience = std::chrono::seconds(30);
 
-/// What all connections share.
+/// The data that all connections share.
 struct Shared {
   StudioCore* core;  ///< not null while the server runs
   ServerSecrets secrets;
@@ -58,7 +58,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
  private:
   using Request = http::request<http::empty_body>;
 
-  /// The value of a field that is there once.
+  /// The value of a field that occurs once; nothing otherwise.
   static std::optional<std::string_view> field(const Request& request, http::field name) {
     if (request.count(name) != 1) return std::nullopt;
     const auto value = request[name];
@@ -163,7 +163,7 @@ class Server::Impl {
         std::make_shared<Connection>(std::move(socket), shared_)->read();
       }
       if (!error) return accept();
-      // Perhaps there are too many files; soon there may be fewer.
+      // The process may have too many open files for a moment.
       pause_.expires_after(std::chrono::milliseconds(100));
       pause_.async_wait([this](beast::error_code) { accept(); });
     });

@@ -10,9 +10,8 @@
 namespace gamer {
 namespace {
 
-/// Keeps what lasts, small measurements of galaxies, apart from what a render needs for a moment.
-/// With a heap for each thread, and large blocks within heaps, measurements end up spread over
-/// pages that could not be given back.
+/// Uses one heap, and places large blocks outside it. Otherwise the small measurements of galaxies,
+/// which stay, would spread over the heaps of all threads, whose pages could not be given back.
 void keep_heap_compact() {
 #ifdef __GLIBC__
   constexpr int large_block = 256 << 10;

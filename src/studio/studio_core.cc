@@ -18,7 +18,7 @@ using Json = nlohmann::json;
 // Messages that wait for their answers, of all pages.
 constexpr std::size_t most_waiting = 1000;
 
-/// Runs a piece of work; what it throws goes to the page.
+/// Runs a piece of work, and reports its exceptions to the page.
 void report(Page& page, std::int64_t id, const std::function<void()>& work) {
   try {
     work();

@@ -17,12 +17,12 @@ namespace gamer {
 /// Answers the messages of all pages. The thread of the server calls it; work is done in others.
 class StudioCore {
  public:
-  /// Opens what the options name. Throws InputError.
+  /// Opens the files of the options. Throws InputError.
   explicit StudioCore(const StudioOptions& options);
 
   void receive(const std::shared_ptr<Page>& page, std::string_view text);
   const StudioOptions& options() const { return options_; }
-  /// The page has gone; its view is cancelled.
+  /// Cancels the view of a page that has gone.
   void leave(const Page& page);
 
  private:

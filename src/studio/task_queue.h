@@ -8,8 +8,8 @@
 
 namespace gamer {
 
-/// A thread that runs tasks one after the other. Its destruction waits for the one in progress and
-/// drops those that wait.
+/// A thread that runs tasks one after the other. The destructor waits for the running task and
+/// drops the waiting tasks.
 class TaskQueue {
  public:
   TaskQueue();
@@ -18,7 +18,7 @@ class TaskQueue {
 
   /// Adds a task, which must not throw. Any thread may call it.
   void add(std::function<void()> task);
-  /// Tasks that wait.
+  /// Number of waiting tasks.
   std::size_t size() const;
 
  private:

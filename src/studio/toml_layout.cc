@@ -6,7 +6,7 @@
 namespace gamer {
 namespace {
 
-/// Reads a text from its beginning to its end; it never leaves it.
+/// Reads a text from its beginning to its end, and never beyond.
 class Scanner {
  public:
   explicit Scanner(std::string_view text, std::size_t at = 0) : text_(text), at_(at) {}
@@ -132,7 +132,7 @@ class Scanner {
   std::size_t at_;
 };
 
-/// Puts the ends of sections where the next ones lead in.
+/// Finds the ends of sections.
 void close_sections(std::string_view text, std::vector<TomlSection>& sections) {
   for (std::size_t s = 0; s < sections.size(); ++s) {
     TomlSection& section = sections[s];

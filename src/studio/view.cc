@@ -24,7 +24,7 @@ using Json = nlohmann::json;
 
 // Planes of parts above which a view shows the image alone.
 constexpr std::size_t most_part_planes = 96;
-// Images of fewer rows are soon there.
+// Images of fewer rows are sent whole, since they are soon finished.
 constexpr int least_strip_rows = 256;
 constexpr double most_frame_bytes = 256.0 * (1 << 20), most_image_bytes = 1024.0 * (1 << 20);
 
@@ -163,7 +163,7 @@ Json wcs_json(const Camera& camera) {
   return cards;
 }
 
-/// A level of a view in the making.
+/// The renderer of a view's levels.
 class LevelView {
  public:
   LevelView(const Session& session, const ViewRequest& request, const std::string& label)

@@ -76,8 +76,8 @@ void ViewQueue::render(const std::shared_ptr<View>& view) {
     if (view->cancellation.is_requested()) throw Cancelled();
     page->send(std::move(message), is_binary);
   };
-  // The view leaves the list before the page hears of its end: what the page then asks finds it
-  // gone.
+  // The view leaves the list before the page learns of its end, so that later requests do not find
+  // it.
   const auto leave = [&](bool unless_cancelled = false) {
     const std::lock_guard lock(mutex_);
     if (unless_cancelled && view->cancellation.is_requested()) throw Cancelled();

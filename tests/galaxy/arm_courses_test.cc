@@ -177,7 +177,7 @@ TEST(ArmCourses, IntegralIsThatOfTheDensity) {
   }
 }
 
-// Veins see each arm where it is: u is a whole number on it.
+// In the coordinates of veins u is a whole number on each arm.
 TEST(ArmCourses, AreStraightInSpiralCoordinates) {
   const ArmPattern arms = own_arms(
       "[arms]\nmodel = \"logarithmic\"\npitch_angle = 16\npitch_variation = 0.2\nseed = 3\n"
@@ -203,7 +203,7 @@ TEST(ArmCourses, AreStraightInSpiralCoordinates) {
   }
   EXPECT_GT(largest, 0.15);
   EXPECT_LT(worst, 0.02);
-  // One turn takes u down by the number of arms, and it never turns back.
+  // Over one turn u always falls, by the number of arms.
   const double step = turn / 2000;
   for (const double r : {0.2, 0.5, 0.9}) {
     double sum = 0;

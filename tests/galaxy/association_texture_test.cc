@@ -1,4 +1,4 @@
-// Associations: that clumps are those of the class comment, and what they promise about light.
+// Clumps of associations are those of docs/method.md, and keep the light of their component.
 
 #include "galaxy/associations/association_texture.h"
 
@@ -32,7 +32,7 @@ AssociationParameters plain() {
   return p;
 }
 
-/// Over a square of even density.
+/// A texture over a square of even density.
 AssociationTexture texture(const AssociationParameters& p) {
   return AssociationTexture(p, SurfaceDensity{2, {1, 1, 1, 1}}, z0);
 }
@@ -196,7 +196,7 @@ TEST(AssociationTexture, IsTheSumOfItsClumps) {
   });
 }
 
-// The numbers of clumps in bins of their light, of the exact light of the power law.
+// The numbers of clumps in bins of their light follow the power law.
 TEST(AssociationTexture, LightFollowsTheLuminosityFunction) {
   for (const double slope : {1.5, 2.0, 2.4}) {
     AssociationParameters p = plain();
@@ -260,7 +260,7 @@ double integral_of(const Clump& clump) {
   return sum * std::pow(2 * clump.radius / steps, 3) * reach * reach;
 }
 
-// Bent, tilted and hollow clumps emit what their luminosity says.
+// Bent, tilted and hollow clumps emit their luminosity.
 TEST(AssociationTexture, ShapesKeepTheLight) {
   AssociationParameters p = plain();
   p.number = 300;
@@ -295,7 +295,7 @@ TEST(AssociationTexture, AgesShareOutTheClumps) {
     of_first += first[k].halo > 0 ? 1 : 0;
     of_last += last[k].halo > 0 ? 1 : 0;
   }
-  // Both ranges and the fading share next to them are half of all.
+  // Each range of 0.3, with the fading 0.2 next to it, is half of all ages.
   EXPECT_NEAR(static_cast<double>(of_first) / static_cast<double>(all.size()), 0.5, 0.006);
   EXPECT_NEAR(static_cast<double>(of_last) / static_cast<double>(all.size()), 0.5, 0.006);
 }
@@ -309,7 +309,7 @@ double mean_phi(const AssociationTexture& associations, double footprint) {
   return sum / static_cast<double>(positions.size());
 }
 
-// Before calibration, and whatever rays see.
+// The mean of Phi is 1 before calibration, at every footprint.
 TEST(AssociationTexture, MeanIsOneAtEveryFootprint) {
   constexpr int seeds = 64;
   constexpr double footprints[] = {0.0, 1e-3, 2e-3, 3e-3, 6e-3};
@@ -332,7 +332,7 @@ TEST(AssociationTexture, MeanIsOneAtEveryFootprint) {
   for (const double mean : sums) EXPECT_NEAR(mean, 1, 0.0047);
 }
 
-/// Galaxies of this text and three seeds emit what their amplitudes say.
+/// Checks that galaxies of this text and three seeds emit the light of their amplitudes.
 void expect_light(const std::string& text, const LayerCells& cells, double tolerance) {
   std::vector<std::shared_ptr<const Galaxy>> galaxies;
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
@@ -344,7 +344,7 @@ void expect_light(const std::string& text, const LayerCells& cells, double toler
   }
 }
 
-// A component emits what its amplitude says, whatever its seed.
+// A component emits the light of its amplitude, whatever its seed.
 TEST(AssociationTexture, KeepsTheLight) {
   const std::string text =
       "[arms]\nmodel = \"logarithmic\"\n[[component]]\nclass = \"associations\"\n"
@@ -362,7 +362,7 @@ TEST(AssociationTexture, KeepsTheLightOfFewClumps) {
   expect_light(text, {0.025, 800, 1600, 32}, 0.025);
 }
 
-// From frame to frame of a zoom nothing appears at once.
+// Phi changes slowly with the footprint, so that no clump appears suddenly in a zoom.
 TEST(AssociationTexture, FadesWithTheFootprint) {
   AssociationParameters p = plain();
   p.clustering = 1;

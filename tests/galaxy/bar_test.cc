@@ -34,7 +34,7 @@ double envelope(const BarShape& s, double x, double y, double z) {
   return plane / stretch * std::pow(std::cosh(std::min(z / (s.z0 * stretch), 300.0)), -2);
 }
 
-/// A plain bar, and what changes of it.
+/// A bar without peanut and ansae.
 BarShape shape_of(double a, double q, double c, double n, double k, double w, double z0) {
   BarShape shape;
   shape.half_length = a;
@@ -59,7 +59,7 @@ std::vector<BarShape> shapes() {
   return result;
 }
 
-// Cells are as large as the brightness of their rays allows.
+// ColumnScale::brightness bounds the envelope along a ray and its neighbours.
 TEST(Bar, BrightnessBoundsNeighbours) {
   for (const BarShape& shape : shapes()) {
     double peak = 0;
@@ -162,7 +162,7 @@ TEST(Bar, ParametersOfTheFile) {
   }
 }
 
-// Half of the light within the radius of the truth table, and its height seen edge on.
+// The half-light radius of the truth table, and the mean of r^2.
 TEST(Bar, LightProfileOfANarrowBar) {
   BarShape shape = shape_of(0.2, 0.15, 2.5, 0.5, 1, 0.06, 0.01);
   const Bar bar(shape);

@@ -1,4 +1,4 @@
-// Densities of a point do not depend on the other points of its batch, nor on its place in it.
+// The densities of a point do not depend on the other points of its batch, nor on its index.
 // Otherwise images would depend on how threads share the rays.
 
 #include "gamer/core/batch.h"
@@ -40,7 +40,7 @@ class Chance {
   std::uint64_t count_ = 0;
 };
 
-/// A value of that parameter near its default, or nothing where the default shall hold.
+/// A value of a parameter near its default; empty for the default itself.
 std::string value_near_default(const Parameter& parameter, Chance& chance) {
   constexpr double factor = 2, small = 0.1;
   if (chance.one_in(3)) return "";
@@ -59,7 +59,7 @@ std::string value_near_default(const Parameter& parameter, Chance& chance) {
   return whole ? value_text(static_cast<std::int64_t>(value)) : value_text(value);
 }
 
-/// Keys of a table that are given near their defaults, after `separator` each.
+/// Keys of a table with values near their defaults, each after `separator`.
 std::string some_values(const ParameterTable& table, const std::vector<std::string>& without,
                         const std::string& separator, Chance& chance) {
   std::string text;
@@ -78,7 +78,7 @@ std::string some_arms(Chance& chance) {
                                 value_text(std::pow(10, chance.between(-1.7, 0.3))) + "\n";
 }
 
-/// The keys of a law of radius that a layer does not use, and those of one that it uses.
+/// The keys that some_values() leaves out for a radial law, and the law's own text.
 struct LawKeys {
   std::vector<std::string> without;
   std::string text;
@@ -103,8 +103,8 @@ LawKeys some_law(Chance& chance) {
   return result;
 }
 
-/// A component of that kind with hashed parameters. Dust with noise comes with every light, so that
-/// batches have variants.
+/// A galaxy with a component of a kind, whose parameters are random. Dust with noise is added, so
+/// that batches have variants.
 std::string some_galaxy(const ComponentKind& kind, Chance& chance) {
   LawKeys law;
   if (std::ranges::any_of(kind.parameters, [](const auto& p) { return p.name == "ring_radius"; })) {
@@ -145,7 +145,7 @@ struct Place {
   Ray ray;
 };
 
-/// Points of rays from within and from outside, many at the edges of what an octave shows.
+/// Random points and rays. Many footprints are at the ends of the range over which an octave fades.
 std::vector<Place> some_places(std::size_t count, Chance& chance) {
   std::vector<Place> places(count);
   for (Place& place : places) {
@@ -195,7 +195,7 @@ std::vector<std::vector<float>> densities_at(const Galaxy& galaxy, const std::ve
 
 bool is_same(float a, float b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
-/// Every place in batches of all sizes, in many orders, has what it has alone.
+/// Checks that places in batches of all sizes and orders have the densities that they have alone.
 void check_batches(const Galaxy& galaxy, const std::vector<Place>& places, Chance& chance) {
   const std::span<const double> variants = dust_deviations;
   std::vector<std::size_t> all(places.size());
@@ -223,7 +223,8 @@ void check_batches(const Galaxy& galaxy, const std::vector<Place>& places, Chanc
   }
 }
 
-/// Rays that see all of every dust have no variants, whatever others of their batch have.
+/// Checks that rays which resolve all dust have no variants, whatever other rays of their batch
+/// have.
 void check_narrow_rays(const Galaxy& galaxy, const std::vector<Place>& places) {
   const std::size_t count = galaxy.components().size();
   std::vector<std::size_t> narrow;

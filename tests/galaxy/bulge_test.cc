@@ -137,7 +137,7 @@ TEST(Bulge, IntegralOfALargeTriaxialBulge) {
   EXPECT_NEAR(Bulge(r0, axis).envelope_integral() / (sum / n), 1, 2.2e-5);
 }
 
-/// The column through the bulge along z at distance `R` on the x axis, by its own kernel.
+/// The column through the bulge along z at the place `x` on the x axis, by its own kernel.
 double column(const Bulge& bulge, double x, double scale) {
   constexpr int n = 4000;
   constexpr double reach = 14;

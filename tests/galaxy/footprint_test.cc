@@ -36,7 +36,7 @@ TEST(FootprintTable, PassesThroughItsValuesAndStaysPositive) {
   }
   at[5] = -20;
   at[6] = 3;
-  // A quarter of the way from the first to the second.
+  // A quarter of the way between two nodes of the table.
   at[7] = static_cast<float>(std::log(0.02 * std::pow(2, 0.25)));
   for (std::size_t i = 8; i < batch_capacity; ++i) {
     at[i] = static_cast<float>(std::log(0.02) + 3.0 * static_cast<double>(i) / batch_capacity);
@@ -61,8 +61,8 @@ TEST(FootprintTable, PassesThroughItsValuesAndStaysPositive) {
 
 constexpr double layer_height = 0.015, layer_length = 0.22;
 
-/// The last component's light over that of rays which see all, by widths; over points of even
-/// shares of exp(-r/0.22), of the angle and of sech^2(z/0.015).
+/// The last component's light for rays of each width, divided by that for rays which resolve all.
+/// The points have even shares of exp(-r/0.22), of the angle and of sech^2(z/0.015).
 std::vector<double> light_by_width(const Galaxy& galaxy, const std::vector<double>& widths) {
   constexpr std::size_t batches = (std::size_t{1} << 19) / batch_capacity;
   std::vector<double> sums(widths.size(), 0.0);
@@ -152,7 +152,7 @@ TEST(EveryTexture, FollowersKeepTheirLight) {
 }
 
 /// The share of a thin disk's light that comes through the dust in front of it. Rays have this path
-/// per height and this width (0 for rays that see all).
+/// per height and this width (0 for rays that resolve all).
 double light_through(const Galaxy& galaxy, double path, double width) {
   constexpr std::size_t batches = 6144 / batch_capacity, heights = 24;
   const double slope = std::sqrt(path * path - 1);
@@ -213,8 +213,8 @@ TEST(EveryDust, LetsAsMuchLightThroughAtEveryFootprint) {
       {"veins",
        "[[component]]\nclass = \"veins\"\noptical_depth = 1.5\nnoise_contrast = 0.4\n" + layer}};
   for (const auto& [name, text] : kinds) {
-    // At a coarse tolerance the closure is what is expected over all seeds, at a fine one the
-    // seed's.
+    // At a coarse tolerance the closure is an expectation over all seeds, at a fine one that of the
+    // seed.
     for (const double tolerance : {1e-2, 1e-3}) {
       std::vector<std::shared_ptr<const Galaxy>> galaxies;
       for (const std::uint64_t seed : {1, 2, 3, 4}) {

@@ -1,4 +1,4 @@
-// Galaxy files: what they may say, what is assumed where they do not, and what is refused.
+// Galaxy files: accepted values, defaults and errors.
 
 #include <gtest/gtest.h>
 
@@ -133,7 +133,7 @@ std::string default_of(const std::string& kind, const std::string& key) {
   return "not declared";
 }
 
-// The table of FORMATS.
+// The defaults of docs/reference.md.
 TEST(ComponentKinds, Defaults) {
   for (const std::string kind : {"bulge", "disk", "stars", "dust"}) {
     EXPECT_EQ(default_of(kind, "class"), "required");
@@ -182,7 +182,7 @@ TEST(ComponentKinds, Defaults) {
   EXPECT_EQ(dust.octaves, 8);
 }
 
-/// The least that a component of a kind needs, without `key`.
+/// The text of a component with only the keys that its kind needs, without `key`.
 std::string least_of(const ComponentKind& kind, const std::string& key) {
   std::string text = kind.name.starts_with("veins") ? "[arms]\nmodel = \"logarithmic\"\n" : "";
   text += "[[component]]\n";
@@ -196,7 +196,7 @@ std::string least_of(const ComponentKind& kind, const std::string& key) {
   // The noise takes time, and is tested on its own.
   if (kind.noise) text += "noise = false\n";
   if (kind.name.starts_with("veins") && key != "octaves") text += "octaves = 1\n";
-  // What belongs to a break, a ring or an ellipse.
+  // Keys of a break, a ring or an ellipse need another key.
   if (key == "outer_rh" || key == "break_sharpness") text += "break_radius = 0.5\n";
   if (key == "ring_width" || key == "ring_outer_width") text += "ring_radius = 0.5\n";
   if (key == "position_angle" && kind.name != "bar") text += "axis_ratio = 0.5\n";
@@ -225,7 +225,7 @@ TEST(ComponentKinds, IntervalEndsOfEveryParameter) {
           kind.noise->table(), [&](const std::string& key, const std::string& value) {
             std::string text = "[[component]]\nclass = \"" + kind.name + "\"\n";
             if (kind.name != "dust") text += "sed = \"flat\"\n";
-            // What the key needs beside it, and Phi is finite whatever its value.
+            // Other keys that this key needs. With them Phi is finite for every value.
             std::string beside = "theta = \"inverse\", exponent = 1, ";
             if (key == "exponent") beside = "theta = \"inverse\", ";
             if (key == "theta") beside = "";

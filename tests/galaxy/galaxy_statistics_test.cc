@@ -1,4 +1,4 @@
-// Statistics that are measured in parts, as by processes that share them.
+// Statistics that processes measure in parts and share.
 
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 
@@ -20,7 +20,8 @@
 namespace gamer {
 namespace {
 
-// Every kind of texture, with and without one that is followed; the follower stands first.
+// Every kind of texture, with followers that have a texture or none. Followers stand before the
+// followed disk.
 const std::string all_parts =
     "[arms]\nmodel = \"logarithmic\"\n"
     "[[component]]\nclass = \"bulge\"\nsed = \"flat\"\neffective_radius = 0.1\n"
@@ -46,7 +47,7 @@ std::shared_ptr<Galaxy> read_galaxy(const std::string& text, const GalaxySetting
   return Galaxy::read(text, "g.toml", settings, resources);
 }
 
-/// Points along a spiral in the plane, or about it.
+/// Points along a spiral, at heights up to `height`.
 struct SpiralPoints {
   BatchArray x{}, y{}, z{};
 
@@ -61,7 +62,7 @@ struct SpiralPoints {
   Points points() const { return {x.data(), y.data(), z.data(), batch_capacity}; }
 };
 
-/// Densities where rays see all, and where they do not.
+/// Densities for rays that resolve all and for wider rays, then the largest Phi of components.
 std::vector<float> densities_of(const Galaxy& galaxy) {
   const std::size_t components = galaxy.components().size();
   const SpiralPoints spiral(0.6, 0.01);
@@ -91,8 +92,8 @@ std::vector<float> densities_of(const Galaxy& galaxy) {
   return all;
 }
 
-/// Measures the same galaxy in several processes, each of which takes what all have measured; in
-/// how many slices of larger clouds.
+/// Measures copies of a galaxy as processes do: each measures some parts and takes all parts.
+/// `slices` becomes the number of slices of larger clouds.
 void measure_together(std::span<Galaxy* const> galaxies, std::size_t& slices) {
   std::vector<GalaxyStatistics> statistics;
   for (Galaxy* const galaxy : galaxies) statistics.emplace_back(*galaxy);
@@ -115,8 +116,7 @@ void measure_together(std::span<Galaxy* const> galaxies, std::size_t& slices) {
   for (GalaxyStatistics& own : statistics) own.adopt();
 }
 
-/// Measured by so many processes, each of which takes what all have measured; in how many slices of
-/// larger clouds.
+/// Copies of a galaxy, one for each process, measured together with their references.
 std::vector<std::shared_ptr<Galaxy>> measured_apart(const std::string& text,
                                                     const GalaxySettings& settings,
                                                     std::size_t processes, std::size_t& slices) {
@@ -142,8 +142,8 @@ TEST(GalaxyStatistics, PartsMeasuredApartMakeTheSameGalaxy) {
   }
 }
 
-// Followed and following textures that need large clouds, one follower without a texture, and one
-// that is bright where the followed is.
+// Followed and following textures that need large clouds: one follower has no texture, and one has
+// the seed of the followed texture.
 const std::string sparse_parts =
     "[[component]]\nclass = \"disk\"\nname = \"clumps\"\nsed = \"flat\"\nz0 = 0.02\nrh = 0.2\n"
     "noise = {octaves = 3, frequency_scale = 9, theta = \"linear\", exponent = 6, seed = 4}\n"
@@ -164,10 +164,10 @@ TEST(GalaxyStatistics, SlicesOfLargeCloudsMakeTheMeansOfTheWhole) {
   for (const auto& galaxy : measured_apart(sparse_parts, settings, 3, slices)) {
     EXPECT_EQ(densities_of(*galaxy), densities_of(*whole));
   }
-  // Each component has several.
+  // Each component has several slices.
   EXPECT_GE(slices, 4u * 2);
-  // <Phi> = 1 over other points, each component's own, before the taper begins: twice the largest
-  // of four differences, of which either cloud's error has a part.
+  // <Phi> = 1 over other points of each component, within a radius of 0.75. The limit is twice the
+  // largest of the four differences. Each contains the errors of both clouds.
   constexpr double lengths[] = {0.2, 0.25, 0.15, 0.2};
   for (std::size_t c = 0; c < std::size(lengths); ++c) {
     const double z0 = 0.02, rh = lengths[c];
@@ -179,7 +179,7 @@ TEST(GalaxyStatistics, SlicesOfLargeCloudsMakeTheMeansOfTheWhole) {
       for (std::size_t i = 0; i < batch_capacity; ++i) {
         double u[3];
         R3Sequence().point(first + i, u);
-        // Newton's steps to where 1 - (1 + q) e^-q is a share of what it is at the reach.
+        // Newton's steps to the q where 1 - (1 + q) e^-q is u[0] times its value at `reach`.
         double q = 1.7;
         const double share = u[0] * (1 - (1 + reach) * std::exp(-reach));
         for (int n = 0; n < 30; ++n) {
@@ -218,7 +218,7 @@ TEST(GalaxyStatistics, AMeanThatIsZeroOrInfiniteOverALargeCloudIsAnError) {
       }
       statistics.finish(round);
     }
-    // Sums of weights, and of the texture with them.
+    // The sum of weights is 1, and all sums with the texture are `light`.
     std::fill(numbers.begin(), numbers.end(), light);
     numbers[0] = 1;
     for (std::size_t part = 0; part < statistics.parts(Round::larger); ++part) {
@@ -242,7 +242,7 @@ TEST(GalaxyStatistics, WhatARayMeetsDoesNotDependOnItsNeighbours) {
     return all;
   };
   constexpr std::size_t last = batch_capacity - 1;
-  // On both sides of a table's, 2.5, and at it.
+  // Obliquities on both sides of that of a table, ln 2.5, and this one.
   for (const float obliquity : {0.4f, static_cast<float>(std::log(2.5)), 1.2f, 3.0f}) {
     RayBatch alike{};
     std::fill_n(alike.footprint.data(), batch_capacity, 0.03f);
@@ -376,7 +376,7 @@ TEST(GalaxyStatistics, SeedsShareTheClosureOfTheirReferenceAtCoarseTolerances) {
   GalaxyStatistics(*first).measure_all();
   EXPECT_TRUE(first->reference()->calibration().closure_range.covers({}));
   GalaxyStatistics(*second).measure_all();
-  // As with a reference of its own.
+  // The result is that with a reference of its own.
   settings.reference = nullptr;
   EXPECT_EQ(densities_of(*second), densities_of(*parse_galaxy(all_parts, settings)));
   EXPECT_NE(densities_of(*second), densities_of(*first));
@@ -422,7 +422,7 @@ TEST(GalaxyStatistics, TablesAreTheSameWhateverTheRangeOfFootprints) {
     EXPECT_EQ(densities({0.5 * width, width}, footprint), expected) << footprint;
     EXPECT_EQ(densities({width, 0.3}, footprint), expected) << footprint;
   }
-  // Drawn stars and the dust in front of them see all.
+  // Drawn stars and the dust in front of them need the whole texture.
   const auto whole = [&](const FootprintRange& range) {
     const auto galaxy = read_galaxy(all_parts, settings);
     GalaxyStatistics(*galaxy, range).measure_all();

@@ -1,4 +1,4 @@
-// What a galaxy's components emit and absorb.
+// The emission and absorption of a galaxy's components.
 
 #include "gamer/galaxy/galaxy.h"
 
@@ -223,7 +223,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
   return ab / std::sqrt(aa * bb);
 }
 
-/// Phi of component c, density by density, against the same galaxy without noise.
+/// Phi of component c: its densities divided by those of the galaxy without noise.
 std::vector<double> phi(const Galaxy& galaxy, const Galaxy& smooth, std::size_t c,
                         const std::vector<Vector>& positions) {
   const auto noisy = evaluate(galaxy, positions)[c];
@@ -240,14 +240,14 @@ TEST(Galaxy, StarsAreBrightWhereTheFollowedDiskIs) {
            layer_text("stars", "arm_width = 1\n" + stars);
   };
   const auto smooth = parse_galaxy(text("\nnoise = false", "noise = false"));
-  // Without a noise of their own they have the disk's, but for a constant.
+  // Stars without noise have the disk's noise, up to a constant factor.
   const auto bare = parse_galaxy(text("", "noise = false\nfollows = \"d\""));
   const std::vector<double> disk = phi(*bare, *smooth, 0, positions);
   const std::vector<double> stars = phi(*bare, *smooth, 1, positions);
   for (std::size_t i = 0; i < positions.size(); ++i) {
     ASSERT_NEAR(stars[i] / disk[i], stars[0] / disk[0], 1e-5 * stars[0] / disk[0]);
   }
-  // With one, it multiplies.
+  // Noise of their own multiplies it.
   const std::string mild = "noise = {exponent = 1, offset = 2, contrast = 1}";
   const auto following = parse_galaxy(text("", mild + "\nfollows = \"d\""));
   const auto alone = parse_galaxy(text("", mild));
@@ -281,7 +281,8 @@ TEST(Galaxy, TwirlWindsTheTexture) {
   EXPECT_GT(correlation(here, there), 1 - 1e-8);
 }
 
-// D below threshold/sqrt(<Phi^2>): Phi counts as 1, and fades in up to four times that.
+// Phi counts as 1 where D is below threshold/sqrt(<Phi^2>), and fades in up to four times this
+// limit.
 TEST(Galaxy, TextureFadesInAboveTheThreshold) {
   const float threshold = 0.01f;
   const auto galaxy = parse_galaxy(layer_text("disk", ""));

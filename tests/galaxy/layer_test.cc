@@ -208,10 +208,10 @@ TEST(Layer, EnvelopeOnEveryTarget) {
           worst = std::max(worst, std::abs(out[i] - exact));
         }
       }
-      // Rounding of m counts by the law's slope.
+      // The rounding of m is multiplied by the law's slope.
       const double slope = c.shape.radial.is_round() ? 0 : 1 / layer.law().length();
       const double bent = c.shape.radial.is_broken() ? 1e-7 : 0;
-      // The error of the lift counts by the steepest slope of sech^2, 0.77/z0.
+      // The error of the lift is multiplied by the steepest slope of sech^2, 0.77/z0.
       const double lifted = c.shape.warp.height * 3e-7 * 0.77 / c.shape.z0;
       EXPECT_LT(worst, 4e-7 + 1.5e-7 * c.shape.arm_width + bent + 6e-8 * slope + lifted);
     });
@@ -236,7 +236,7 @@ TEST(Layer, ArmModifier) {
   }
 }
 
-// Cells are as large as the brightness of their rays allows.
+// ColumnScale::brightness bounds the envelope along a ray and its neighbours.
 TEST(Layer, BrightnessBoundsNeighbours) {
   std::vector<LayerShape> shapes = {
       {0.02, 0.2, 0, 0, 0}, {0.002, 0.3, 0, 0, 0}, {0.1, 0.1, 0, 0, 0}, {0.02, 0.2, 0.3, 0, 0}};
@@ -415,7 +415,7 @@ TEST(Layer, CloudsOfThinLayersAndNeedlesHaveNoMorePoints) {
 }
 
 TEST(Layer, CloudFollowsTheEnvelope) {
-  // Weighted moments of the cloud against those of the envelope.
+  // The weighted moments of the cloud are those of the envelope.
   for (const Case& c : cases()) {
     SCOPED_TRACE(c.name);
     const ArmPattern arms = arms_of(c.arms);
@@ -468,7 +468,7 @@ TEST(Layer, CloudFollowsTheEnvelope) {
   }
 }
 
-// Weighted moments in the plane and of |z|, against sums over a grid.
+// The weighted moments in the plane and of |z| are those of sums over a grid.
 TEST(Layer, CloudOfAnUnevenLayer) {
   for (const Case& c : cases()) {
     if (c.shape.is_even()) continue;
@@ -523,7 +523,7 @@ TEST(RadialLaw, LimitAndQuantiles) {
       for (double m = law.limit(least); m < 5; m += 0.01) {
         ASSERT_LE(law.logarithm(m), least + 1e-12);
       }
-      // No more than the softness of the break.
+      // The difference is at most the softness of the break.
       EXPECT_GT(law.logarithm(law.limit(least)), least - 0.7) << least;
     }
     const std::vector<float> quantiles = law.quantiles(3);

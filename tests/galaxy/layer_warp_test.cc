@@ -45,7 +45,8 @@ TEST(LayerWarp, LiftOnEveryTarget) {
   }
 }
 
-// At every place within a radius; the bound is nearly reached without a twist.
+// The bounds hold at every place within a radius. The bound of the slope is nearly reached without
+// a twist.
 TEST(LayerWarp, SlopesAreBounded) {
   for (const LayerWarp& warp : warps()) {
     double closest = 0;

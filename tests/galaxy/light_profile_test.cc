@@ -12,7 +12,7 @@ namespace {
 
 // Rounding of sums in single precision.
 constexpr double rounding = 3e-7;
-// The error of the radii, between which light is linear.
+// Error of radii from the linear interpolation of light.
 constexpr double radius_error = 1.6e-4;
 
 LightProfile profile_of(const std::string& text, std::vector<double> light = {}) {

@@ -62,14 +62,14 @@ TEST(SersicProfile, ClosedForms) {
   }
 }
 
-// The integral along a ray is Sersic's law, though the code knows the density alone.
+// The integral of the density along a ray is Sersic's law.
 TEST(Sersic, ProjectsToItsLaw) {
   constexpr double radius = 0.01;
   for (const double n : {0.5, 1.0, 2.0, 4.0, 6.0}) {
     const Sersic sersic(n, radius, {1, 1, 1});
     const SersicProfile profile(n);
     for (const double impact : {0.03, 0.3, 1.0, 2.0}) {
-      // z = impact sinh(u); what is beyond 90 R_e is below 1e-4 of the column at 2 R_e.
+      // z = impact sinh(u); the column beyond 90 R_e is below 1e-4 of the column at 2 R_e.
       constexpr int steps = 2000;
       const double most = std::asinh(90 / impact);
       std::vector<double> x, z;
@@ -106,7 +106,8 @@ TEST(Sersic, FluxIsThatOfTheLaw) {
           << n;
     }
   }
-  // Light beyond the ball is lost: shells up to the taper of the density itself.
+  // Light beyond the ball is lost. The expected light is a sum over shells of the density times the
+  // taper.
   const SersicProfile profile(4);
   constexpr double radius = 0.02;
   double sum = 0;

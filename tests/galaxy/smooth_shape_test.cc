@@ -11,7 +11,7 @@
 namespace gamer {
 namespace {
 
-// The property tests of this program run over it.
+// The tests of this program that cover all kinds cover this one, too.
 const bool is_registered = [] {
   register_component_kind(gaussian_kind());
   return true;

@@ -1,4 +1,4 @@
-// Numbers by docs/facts.md section 8.2 and 8.3 unless said.
+// Numbers are those of docs/facts.md sections 8.2 and 8.3 unless said.
 
 #include "galaxy/spiral_coordinates.h"
 
@@ -181,8 +181,8 @@ TEST(SpiralCoordinates, NeedEvenlySpreadArms) {
   EXPECT_THROW(SpiralCoordinates(ArmPattern(), 0), std::invalid_argument);
 }
 
-// Stretch 3 along 60 degrees. docs/facts.md section 8 counts y in the other sense, which a lattice
-// does not know.
+// Stretch 3 along 60 degrees. docs/facts.md section 8 counts y in the other sense, which has no
+// effect on a lattice.
 TEST(HelicalMap, ImagesAndAnglesOfTheTable) {
   struct Row {
     double frequency;
@@ -196,7 +196,7 @@ TEST(HelicalMap, ImagesAndAnglesOfTheTable) {
     EXPECT_EQ(map.p, row.p);
     EXPECT_EQ(map.q, row.q);
     EXPECT_NEAR(map.x_frequency() / map.y_frequency(), row.stretch, 0.005);
-    // The direction in which x does not change, from that of the arms; both in (s, theta).
+    // The angle, in (s, theta), between the direction of constant x and that of the arms.
     const double along_x = std::atan2(2 * pi * map.x_slope / map.p, 1.0);
     const double arm = std::atan(1 / c.reference_tangent());
     const double angle = std::abs(std::remainder(arm - along_x, pi)) / degree;
@@ -209,7 +209,6 @@ TEST(HelicalMap, AnyMapIsNearTheWantedOne) {
   for (const double angle : {0.0, 30.0, 90.0, 150.0}) {
     for (const double stretch : {1.0, 2.0, 10.0}) {
       const HelicalMap map = HelicalMap::along(c, 16, stretch, angle * degree);
-      // In units of (u, v).
       const double unit = c.u_gradient(1);
       EXPECT_NEAR(map.x_frequency() / (16 * unit), 1, 0.02);
       EXPECT_NEAR(map.y_frequency() / (16 / stretch * unit), 1, 0.05 * stretch / 10 + 0.02);

@@ -1,4 +1,4 @@
-// Stars of a field: how many, where, and of what light.
+// Stars of a field: their number, places and light.
 
 #include "gamer/galaxy/kinds/star_field.h"
 
@@ -119,17 +119,17 @@ TEST(StellarPopulation, BoundsAreNotBelowLuminositiesAndClose) {
         const double luminosity = population.luminosity(k, u);
         const double bound = population.luminosity_bound(k, u);
         EXPECT_GE(bound, luminosity) << slope << ' ' << k << ' ' << u;
-        // Within the width of a class, which the last of its 32 steps may hold.
+        // The bound is at most the upper end of the class.
         EXPECT_LE(bound, population.at(k).high * (1 + 1e-11));
       }
-      // In the middle of even steps.
+      // The bound at u = 0.5 is the luminosity at the end of the step that begins there.
       const double bound = population.luminosity_bound(k, 0.5);
       EXPECT_NEAR(bound / population.luminosity(k, 0.5 + 1.0 / 32), 1, 1e-11);
     }
   }
 }
 
-// The luminosities of stars against the law asked for, over 40 bins of it.
+// The luminosities of stars follow the given law, in 40 bins.
 TEST(StarField, LuminositiesFollowTheLaw) {
   for (const std::string slope : {"1", "1.7", "2.4"}) {
     const auto galaxy = parse_galaxy(
@@ -148,12 +148,13 @@ TEST(StarField, LuminositiesFollowTheLaw) {
       expected.push_back(200000 *
                          (population.number_above(edge(i)) - population.number_above(edge(i + 1))));
     }
-    // The emptiest have a few stars.
+    // The emptiest bins have a few stars.
     EXPECT_LT(std::abs(chi_square_deviation(found, expected)), 3.5) << slope;
   }
 }
 
-// The number in cells of r, phi and z against the integral of envelope and noise over them.
+// The numbers of stars in cells of r, phi and z are the integrals of envelope and noise over the
+// cells.
 TEST(StarField, NumbersFollowTheDensity) {
   const std::string shape = "z0 = 0.05\nrh = 0.25\narm_width = 2\ninner = 0.1\ntwirl = 0.4\n";
   for (const std::string noise : {"noise = false", "noise = {octaves = 3}",
@@ -177,7 +178,7 @@ TEST(StarField, NumbersFollowTheDensity) {
     EXPECT_NEAR((static_cast<double>(stars.size()) - number) / std::sqrt(number), 0,
                 noise == "noise = false" ? 3.5 : 12);
     for (const FoundStar& star : stars) found[cell_of(star.place)] += 1;
-    // The integral again, by points of a sequence.
+    // The integrals, as sums over points of a sequence.
     constexpr std::uint64_t points = 2'000'000;
     std::vector<Vector> places;
     std::vector<double> volumes;
@@ -205,7 +206,7 @@ TEST(StarField, NumbersFollowTheDensity) {
   }
 }
 
-// Cells are anywhere, in layers of every profile. Some bounds are nearly reached.
+// The bounds of random cells hold in layers of every profile. Some bounds are nearly reached.
 TEST(StarField, BoundsAreNotBelowTheEnvelope) {
   for (const std::string keys :
        {"rh = 0.3\ninner = 0.2", "rh = 0.2\nbreak_radius = 0.4\nouter_rh = 0.4",
@@ -240,14 +241,14 @@ TEST(StarField, BoundsAreNotBelowTheEnvelope) {
   }
 }
 
-// No trace of cells: places within the cells of any level are even, and as many stars are near a
-// cell's wall as anywhere.
+// Stars are spread evenly within cells of any level: as many are near a cell's wall as in its
+// middle.
 TEST(StarField, CellsLeaveNoTrace) {
   const auto galaxy = parse_galaxy(
       field_text("number = 300000\nz0 = 0.3\nrh = 1\nluminosity_low = 1\nluminosity_high = 10\n"
                  "noise = false"));
   const std::vector<FoundStar> stars = stars_of(*galaxy);
-  // In the smallest cells the density is even enough.
+  // Within cells of these sides the density is nearly constant.
   for (const double side : {1.0 / 32, 1.0 / 64}) {
     for (const std::size_t axis : {0u, 1u, 2u}) {
       std::vector<double> found(20);
@@ -294,7 +295,7 @@ TEST(StarField, StarsAreThoseOfTheirSeedAndName) {
   EXPECT_FALSE(shares(set_of(*parse_galaxy(field_text(text), settings_with(2)))));
   EXPECT_FALSE(
       shares(set_of(*parse_galaxy("[[component]]\nclass = \"starfield\"\nname = \"g\"\n" + text))));
-  // Another component changes nothing.
+  // Another component of the galaxy changes no star.
   const auto two =
       parse_galaxy("[[component]]\nclass = \"disk\"\nsed = \"flat\"\n" + field_text(text));
   std::set<Vector> places;
@@ -302,7 +303,7 @@ TEST(StarField, StarsAreThoseOfTheirSeedAndName) {
   EXPECT_EQ(places, first);
 }
 
-// Passing over cells leaves out stars and changes none.
+// Skipped cells leave out their stars and change no other star.
 TEST(StarField, PartsOfSpaceHaveTheStarsOfTheWhole) {
   const auto galaxy = parse_galaxy(field_text("number = 20000\nnoise = false"));
   const StarField& field = field_of(*galaxy);
@@ -326,7 +327,7 @@ TEST(StarField, PartsOfSpaceHaveTheStarsOfTheWhole) {
   }
 }
 
-// The field's spectrum is the mean of its stars' blackbodies, each by its light.
+// The field's spectrum is the mean of its stars' blackbodies, weighted with their light.
 TEST(StarField, SpectrumIsTheMeanOfItsStars) {
   const auto galaxy = parse_galaxy(field_text(
       "number = 100000\nluminosity_low = 1\nluminosity_high = 30\nluminosity_slope = 1.2\n"
@@ -352,7 +353,7 @@ TEST(StarField, SpectrumIsTheMeanOfItsStars) {
   EXPECT_NEAR(galaxy->components()[0]->sed()->flux(5500), 1, 1e-12);
 }
 
-// Beyond the largest Phi that a field knows is hardly any light.
+// Hardly any light is where Phi exceeds the largest Phi of the calibration.
 TEST(StarField, LargestPhiIsRarelyExceeded) {
   for (const std::string noise :
        {"{}", "{theta = \"linear\", exponent = 4, octaves = 5}", "{octaves = 8, floor = 0.1}"}) {

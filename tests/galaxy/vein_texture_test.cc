@@ -1,4 +1,4 @@
-// Veins: that they close, and that they are what the class comment and docs/facts.md section 8 say.
+// Veins close after a turn, and are those of the class comment and of docs/facts.md section 8.
 
 #include "galaxy/veins/vein_texture.h"
 
@@ -75,7 +75,7 @@ std::vector<Sample> sample(const VeinTexture& veins, const std::vector<Vector>& 
   return result;
 }
 
-/// Where (u, v) is, in the plane; arms without shift or offset whose angle grows outwards.
+/// The place of (u, v) in the plane, for arms without shift and offset whose angle grows outwards.
 Vector position(const SpiralCoordinates& c, double u, double v) {
   // u/n - v/n' grows with ln r and does not depend on theta.
   const auto sum = [&](double s) {
@@ -91,7 +91,7 @@ Vector position(const SpiralCoordinates& c, double u, double v) {
   return {r * std::cos(theta), r * std::sin(theta), 0};
 }
 
-/// All that could open a seam: real n', spur rates, stretches, numbers of arms, a bar.
+/// There is no seam for any n', spur rate, stretch, number of arms, or in a bar.
 TEST(VeinTexture, ClosesAcrossTheCutOfTheAzimuth) {
   for (const std::string& arms : {m51_arms, m51_arms + "count = 3\n",
                                   m51_arms + "count = 1\nhandedness = -1\n", barred_arms}) {
@@ -126,7 +126,7 @@ TEST(VeinTexture, ClosesAcrossTheCutOfTheAzimuth) {
   }
 }
 
-/// By how much a function jumps at 0: the difference of straight lines fitted on both sides.
+/// The jump of a function at 0: the difference of straight lines fitted on both sides.
 double jump(const std::function<double(double)>& f, double step) {
   constexpr int count = 60;
   double result = 0;
@@ -154,7 +154,7 @@ TEST(VeinTexture, HasNoEdgeWhereAnIndexChanges) {
   const auto v_at = [&](double u, double v) { return sample(veins, {position(c, u, v)})[0].veins; };
   double worst = 0;
   for (int i = 0; i < 300; ++i) {
-    // Arms, where floor(u) changes, and along v, where the spurs' number does.
+    // At arms floor(u) changes, and along v the number of the spur.
     const double v = -1 + 0.013 * i;
     worst = std::max(worst, std::abs(jump([&](double h) { return v_at(h, v); }, 1e-4)));
     const double u = 0.05 + 0.003 * i;
@@ -280,7 +280,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 TEST(VeinTexture, DoesNotRepeatAlongTheArm) {
-  // On the torus of (n, n') it would, at v + n'.
+  // On a torus with the periods n and n' it would repeat at v + n'.
   VeinParameters p = rich();
   p.displacement = 0.2;
   p.isotropic_scale = 1e-3;
@@ -391,7 +391,7 @@ TEST(VeinTexture, WhatFootprintsSeeDoesNotDependOnOthers) {
 }
 
 TEST(VeinTexture, WidensVeinsAsTheMeanOverTheFootprint) {
-  // Against the mean over squares of that side, of veins without noise.
+  // The expected value is the mean over a square of the footprint's side.
   const auto cloud = cloud_of("[[component]]\nclass = \"veins\"\noctaves = 1\nrh = 0.3\n");
   VeinParameters p = plain();
   p.octaves = 4;
@@ -473,7 +473,7 @@ TEST(Veins, TargetsAgree) {
 }
 
 TEST(Veins, OfOnePatternCoincide) {
-  // Two components of one galaxy: the same veins, other noise.
+  // Two components of one galaxy have equal veins and different noise.
   const auto galaxy = parse_galaxy(
       veins_text("veins", "name = \"a\"\n") +
       "[[component]]\nclass = \"veins_light\"\nsed = \"flat\"\nname = \"b\"\nclumpiness = 1\n" +

@@ -1,5 +1,5 @@
-// Whole renders, noise off, default tolerance, against closed forms and the tables of
-// docs/facts.md.
+// Whole renders without noise, at the default tolerance, agree with closed forms and with the
+// tables of docs/facts.md.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -76,7 +76,8 @@ TEST(AnalyticTest, DiskFaceOn) {
   }
 }
 
-// Columns of 2 z0 exp(-r/rh) over the cosine: as thin as a layer may be, rays cross it obliquely.
+// Columns are 2 z0 exp(-r/rh) over the cosine, also where rays cross the thinnest possible layer
+// obliquely.
 TEST(AnalyticTest, ThinnestDiskInclined) {
   constexpr double least_height = 1e-5, inclination = 45;
   TextScene text;
@@ -104,8 +105,7 @@ TEST(AnalyticTest, DiskEdgeOn) {
   TextScene text;
   text.galaxies["disk"] = thin_disk;
   text.scene = "galaxy x y z inclination pa\ndisk 0 0 0 90 90\n";
-  // Pixels of half a scale length by half a scale height would not be square: rows of two scale
-  // heights.
+  // Pixels are a fifth of a scale length wide, which is a scale height.
   text.parameters = view_from_z(31, 31, 31 * 0.2 * length);
   const Image image = render_text(text);
   for (int y : {13, 14, 15, 16, 17}) {
@@ -128,7 +128,7 @@ TEST(AnalyticTest, DeVaucouleursBulge) {
       "intensity = 1e6\n";
   text.scene = "galaxy x y z\nbulge 0 0 0\n";
   const auto surface_brightness = [&](double radius) {
-    // Beside the pixels about the cusp, which hold means.
+    // The pixels about the cusp hold means, and are left out.
     text.parameters = view_from_z(5, 1, 2.5 * radius * effective_radius);
     return render_text(text).at(4, 0);
   };

@@ -1,4 +1,5 @@
-// Whole renders against magnitudes: sums of pixels, units of pixels, stars, what stands in front.
+// Whole renders have the given magnitudes: sums of pixels, units of pixels, stars, and dust in
+// front.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ class = "bulge"
 sed = "E"
 effective_radius = 0.1
 )";
-// Seen large, a sheet that is uniform over a small disk's width.
+// Magnified, the dust is a sheet that is uniform over the width of a small disk.
 constexpr const char* dust = R"([[component]]
 class = "dust"
 z0 = 0.01
@@ -60,7 +61,7 @@ std::string sky(int size, const std::string& more = r_band) {
   return fmt::format("[image]\nsize = {}\n", size) + sky_view + more;
 }
 
-// A galaxy as large as the image down to one that is a pixel.
+// Galaxies from the size of the image to that of a pixel.
 TEST(Brightness, ApparentMagnitudeOnTheSky) {
   for (const char* type : {"disk", "bulge"}) {
     for (const double size : {1.6, 0.4, 0.05}) {
@@ -189,8 +190,8 @@ TEST(Brightness, StarsHaveTheirFluxAndPlace) {
   }
 }
 
-// Beyond z = 1.6 the angular-diameter distance falls again; dust at z = 2 is in front of light at 3
-// all the same, and dims it as dust does at 3000 Angstrom.
+// Dust at z = 2 is in front of light at z = 3, and dims it as dust does at 3000 Angstrom. The
+// angular-diameter distance falls beyond z = 1.6, and must not decide this.
 TEST(Brightness, FartherIsBehindAtHighRedshift) {
   const auto light = [&](const std::string& rows) {
     return sum_of(render("galaxy dx dy size_arcsec redshift apparent_magnitude\n" + rows,

@@ -1,4 +1,4 @@
-// Bulges have a cusp: their images hold their light whatever the pixels and the camera.
+// Bulges have a cusp. Their images hold their light for any pixels and camera.
 
 #include <gtest/gtest.h>
 
@@ -18,7 +18,8 @@ std::string bulge(const char* axis) {
 }
 
 TEST(CentrePixelsTest, OneRayAPixelHoldsTheLightOfACusp) {
-  // In the middle of a pixel for odd sizes, at the corner of four for even ones.
+  // The centre is in the middle of a pixel for odd sizes, and at the corner of four pixels for even
+  // sizes.
   TextScene text;
   text.galaxies["bulge"] = bulge("[1, 1, 1]");
   text.scene = "galaxy x y z\nbulge 0 0 0\n";

@@ -63,7 +63,7 @@ TEST(Crowded, RowsAreTheSameInBlocksOfAnySize) {
   }
 }
 
-// More than are worked on with several rays at once.
+// The rays have more hits than may be integrated together, and are divided.
 TEST(Crowded, GalaxiesInOnePlaceAddUp) {
   TextScene text = crowd(0);
   text.parameters =

@@ -28,7 +28,7 @@ void PrintTo(const View& view, std::ostream* stream) { *stream << view.name; }
 
 RenderParameters parameters_of(const View& view) {
   std::string size = "size = [" + std::to_string(side) + ", " + std::to_string(side - 7) + "]\n";
-  // These know how high they are.
+  // These projections set the image's height themselves.
   if (view.camera.find("cubemap") != std::string::npos)
     size = "size = " + std::to_string(side) + "\n";
   if (view.camera.find("healpix") != std::string::npos) size.clear();
@@ -128,7 +128,7 @@ TEST_P(EveryView, StripsThatMeetNothingHoldNoGalaxy) {
       }
     }
   }
-  // The test can tell.
+  // Enough strips meet nothing.
   if (view.name == "orthographic" || view.name == "perspective") {
     EXPECT_GT(empty, 10);
   }

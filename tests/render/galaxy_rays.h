@@ -63,7 +63,7 @@ class GalaxyRays {
     const Medium medium(scene_, basis_, Accuracy::from_tolerance(tolerance));
     return trace(medium, *make_adaptive_sampler(medium), counts);
   }
-  /// That by so many equal steps through the galaxy's ball.
+  /// Brightness by this number of equal steps through the galaxy's ball.
   std::vector<double> uniform(double steps) const {
     const Medium medium(scene_, basis_, Accuracy::from_tolerance(Accuracy::finest_tolerance));
     RenderCounts counts;

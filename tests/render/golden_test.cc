@@ -1,4 +1,5 @@
-// A few rendered numbers kept as they were: a change of the renderer that moves them is seen.
+// A few rendered numbers are stored here, so that a change of the renderer that moves them is
+// noticed.
 //
 // Origin: M100 (scenes/ngc4321) at 4 x 4 pixels, tolerance 1e-5, as this test prints it when
 // GAMER_PRINT_GOLDEN is set; first written with the analytic, order and tolerance tests passing.

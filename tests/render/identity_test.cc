@@ -25,8 +25,8 @@ std::vector<View> shipped_views() {
   std::vector<View> views;
   for (const std::string& name :
        names_in(std::filesystem::path(GAMER_TEST_SOURCE_DIR) / "scenes", ".lst")) {
-    // Most of the time of fields goes into the statistics of a hundred galaxies and more; the view
-    // from within a galaxy follows.
+    // The statistics of the hundreds of galaxies of fields take too long. The view from within a
+    // galaxy follows below.
     if (name == "deepfield_2014" || name == "survey_field" || name == "milky_way_inside") continue;
     views.push_back({name, {"image.size=24"}});
   }
@@ -34,8 +34,8 @@ std::vector<View> shipped_views() {
     settings.push_back("camera.projection=" + projection);
     views.push_back({"milky_way_inside", settings});
   };
-  // Fine enough that rays of many widths and lengths share batches; away from the bulge, whose
-  // cells would take most of the time.
+  // The view is fine enough that rays of many widths and lengths share batches. It looks away from
+  // the bulge, whose cells would take most of the time.
   inside("perspective", {"image.size=[24, 6]", "camera.fov=60", "camera.target=[7.24, 0, 0]",
                          "sampling.tolerance=1e-4"});
   const std::string coarse = "sampling.tolerance=0.1";
@@ -47,7 +47,7 @@ std::vector<View> shipped_views() {
   return views;
 }
 
-/// All rows, so many at once.
+/// All rows, rendered `at_once` rows at a time.
 std::vector<double> render(const Renderer& renderer, int at_once) {
   std::vector<double> values;
   const auto row = static_cast<std::size_t>(renderer.width() * renderer.planes());

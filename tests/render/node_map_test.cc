@@ -61,7 +61,7 @@ TEST(NodeMapTest, NodesStandAtEqualDistancesOfU) {
   for_each_simd_target([] {
     const NodeMap map = map_of_examples();
     for (std::size_t run = 0; run < examples.size(); ++run) {
-      if (examples[run].size() > 1) continue;  // rates are of what others leave
+      if (examples[run].size() > 1) continue;  // other focuses reduce the rates
       const double length = u_of(examples[run], -1, 1);
       EXPECT_NEAR(map.length(run), length, 1e-5 * length);
       for (const double shift : {0.0, 0.5}) {
@@ -76,8 +76,8 @@ TEST(NodeMapTest, NodesStandAtEqualDistancesOfU) {
   });
 }
 
-// For any rates that are kept, the weights are ds/du times the step and have one sum. Nodes half
-// way between others stand on the cubics through these.
+// The weights are ds/du times the step, whatever rates are kept. Nodes half way between others
+// stand on the cubics through these.
 TEST(NodeMapTest, SeveralFocusesShareOneU) {
   for_each_simd_target([] {
     const NodeMap map = map_of_examples();

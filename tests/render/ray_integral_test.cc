@@ -11,12 +11,12 @@
 namespace gamer {
 namespace {
 
-/// Segments of sech^2 profiles of dust and light at equal distances, of different lengths, and what
-/// comes of them. Cover 0 has a second slot with three times the light.
+/// Segments with sech^2 profiles of dust and light, with nodes at equal distances, and their
+/// integrals. Cover 0 has a second slot with three times the light.
 class SegmentsTest : public testing::Test {
  protected:
-  /// `from` in scale heights: where the segment begins. Cover 1 has no dust. A segment that ends
-  /// before height 10 ends open.
+  /// Adds a segment from the height `from` to the height `to`, scale heights. Cover 1 has no dust.
+  /// A segment that ends before height 10 has an open end.
   void add(double from, int nodes, bool is_open, bool has_variants = false, std::int32_t cover = 0,
            double to = 10) {
     const double step = (to - from) / (nodes - 1);
@@ -49,7 +49,7 @@ class SegmentsTest : public testing::Test {
     light_.assign(4 * segment.size(), 0);
     depth_.assign(2 * segment.size(), 0);
     transmission_.assign(2 * segment.size(), 0);
-    // In slots that a cover has not, what others leave there.
+    // Slots that a cover lacks hold infinities, which must not count.
     const auto times = [&](float factor, bool is_everywhere) {
       std::vector<float> values;
       for (std::size_t i = 0; i < first_.size(); ++i) {
@@ -113,7 +113,7 @@ class SegmentsTest : public testing::Test {
     density_ = density;
   }
 
-  /// What is behind the last node must not count.
+  /// Adds infinities behind the last node, which must not count.
   static std::vector<float> with_padding(std::vector<float> values) {
     values.resize(values.size() + SegmentNodes::padding, HUGE_VALF);
     return values;
@@ -185,8 +185,8 @@ TEST_F(SegmentsTest, SteeringComparesAllNodesWithEverySecondAndFourth) {
       integrate();
       const std::vector<float> coarse = integrals();
       for (std::size_t k = 0; k < steered.size(); ++k) {
-        // By every second and fourth node slots are added up before the nodes are: sums of up to 89
-        // numbers, rounded to 6e-8 each.
+        // The rules by every second and fourth node add up slots before nodes: sums of up to 89
+        // numbers, each rounded to 6e-8.
         const double rounding = 6.5e-7 * double{fine[k]};
         EXPECT_EQ(steered[k].value, fine[k]);
         EXPECT_NEAR(steered[k].change, std::abs(fine[k] - middle[k]), rounding);

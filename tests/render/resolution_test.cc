@@ -1,5 +1,5 @@
-// What a galaxy sends does not depend on the size of the pixels that see it, and moving cameras see
-// no shimmer.
+// The flux of a galaxy does not depend on the size of the pixels, and its image does not shimmer
+// while a camera moves.
 
 #include <gtest/gtest.h>
 
@@ -21,15 +21,15 @@ const char* const young_stars =
     "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\nfraction = 0.7\n"
     "[[component]]\nclass = \"dust\"\nz0 = 0.01\nrh = 0.3\nnoise = false\n";
 
-/// Sum over the pixels of an image of so many pixels on each side, nJy. The galaxy is a shipped one
-/// or "young_stars".
+/// Sum over the pixels of an image of `size` x `size` pixels, nJy. The galaxy is a shipped one or
+/// "young_stars".
 double flux_of(const std::string& galaxy, int size, const std::string& tolerance) {
-  const RenderParameters parameters = RenderParameters::read(parse_toml(
-      view_from_z(size, size, 2.2,
-                  // The chance of stars that are drawn one by one is theirs (star_painter_test.cc).
-                  "[sampling]\nstars_per_pixel = 0\ntolerance = " + tolerance +
-                      "\n[scene]\nunit = \"kpc\"\n"),
-      "render.par"));
+  const RenderParameters parameters = RenderParameters::read(
+      parse_toml(view_from_z(size, size, 2.2,
+                             // star_painter_test.cc tests stars that are drawn individually.
+                             "[sampling]\nstars_per_pixel = 0\ntolerance = " + tolerance +
+                                 "\n[scene]\nunit = \"kpc\"\n"),
+                 "render.par"));
   Resources resources = galaxy == "young_stars" ? text_resources({{{galaxy, young_stars}}, "", ""})
                                                 : Resources({GAMER_TEST_SOURCE_DIR});
   return sum_of(image_of(measured_job(
@@ -37,7 +37,8 @@ double flux_of(const std::string& galaxy, int size, const std::string& tolerance
       "scene.lst", resources)));
 }
 
-/// The fluxes at so many pixels against that at the last, for each a line of output.
+/// The largest relative change of the flux between any of these sizes and the last one, with a line
+/// of output for each.
 double worst_change(const std::string& galaxy, const std::vector<int>& sizes,
                     const std::string& tolerance) {
   const double fine = flux_of(galaxy, sizes.back(), tolerance);
@@ -52,7 +53,7 @@ double worst_change(const std::string& galaxy, const std::vector<int>& sizes,
 
 class FluxTest : public testing::TestWithParam<std::string> {};
 
-// What wide rays see of textures and dust is a statistical model: see docs/method.md.
+// Wide rays see textures and dust by a statistical model (docs/method.md).
 TEST_P(FluxTest, DoesNotDependOnThePixels) {
   EXPECT_LT(worst_change(GetParam(), {8, 32, 64, 160}, "1e-2"), 4e-3);
 }
@@ -70,8 +71,8 @@ INSTANTIATE_TEST_SUITE_P(
     testing::ValuesIn(names_in(std::filesystem::path(GAMER_TEST_SOURCE_DIR) / "galaxies", ".toml")),
     [](const auto& galaxy) { return galaxy.param; });
 
-/// Frame values at (x, y) by Lanczos' kernel of five lobes, exact but for what is near or above the
-/// Nyquist frequency.
+/// Frame values at (x, y) by Lanczos' kernel of five lobes, which is exact for frequencies well
+/// below the Nyquist frequency.
 double interpolate(const Image& image, double x, double y) {
   constexpr int lobes = 5;
   const auto kernel = [](double t) {
@@ -126,9 +127,9 @@ double worst_step(const std::string& galaxy) {
   return worst;
 }
 
-// The disk has octaves from a tenth of the first frame's pixels' frequency to beyond the last
-// one's. Where a frame holds no power above its pixels' Nyquist frequency, the next follows from it
-// by interpolation.
+// The octaves of the disk reach from a tenth of the frequency of the first frame's pixels to beyond
+// that of the last frame's pixels. Where a frame holds no power above its pixels' Nyquist
+// frequency, the next follows from it by interpolation.
 TEST(ZoomTest, FramesFollowFromTheirNeighbours) {
   EXPECT_LT(worst_step("[[component]]\nclass = \"disk\"\nsed = \"flat\"\nz0 = 0.01\nrh = 0.4\n"
                        "noise = { k0 = 4, frequency_scale = 12, spectral_index = 0.3, "

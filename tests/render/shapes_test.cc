@@ -85,7 +85,7 @@ TEST(Shapes, RaysKeepTheTolerance) {
   }
 }
 
-/// The flux of a galaxy of 1 nJy without its dust, in an image of so many pixels on each side.
+/// The flux of a galaxy of 1 nJy without its dust, in an image of `size` x `size` pixels.
 double flux_of(const std::string& galaxy, int size, double inclination) {
   TextScene text;
   text.galaxies["own"] = galaxy;

@@ -1,4 +1,4 @@
-// Light behind and within dust, through few spectral nodes, against fine integrals over the bands.
+// Light behind and within dust, from few spectral nodes, agrees with fine integrals over the bands.
 
 #include "gamer/render/spectral_basis.h"
 
@@ -43,7 +43,7 @@ Spectrum bands_of(int count) {
   return spectrum;
 }
 
-/// What passes dust of optical depth `tau`.
+/// The share of light that passes dust of optical depth `tau`.
 using Geometry = double (*)(double tau);
 double screen(double tau) { return std::exp(-tau); }
 double slab(double tau) { return tau > 0 ? -std::expm1(-tau) / tau : 1; }
@@ -138,7 +138,7 @@ TEST_P(DustyBands, FluxIsThatOfTheFineIntegral) {
     std::printf("%-3s z %g, %2d bands, error %.0e: %2zu nodes, %.1e %.1e %.1e\n", name, z, bands,
                 allowed, basis.size(), chosen, screens, slabs);
     EXPECT_LT(chosen, allowed);
-    // Others than those that chose the nodes.
+    // These screens and slabs did not choose the nodes.
     EXPECT_LT(screens, 1.5 * allowed);
     EXPECT_LT(slabs, allowed);
   }
@@ -194,7 +194,7 @@ TEST(SpectralBasis, WithoutDustThereIsOneNode) {
   }
 }
 
-// A wavelength is a band of no width: its weight is lambda^2 S(lambda/(1+z))/(1+z) at itself.
+// A single wavelength lambda is a band of no width, with the weight lambda^2 S(lambda/(1+z))/(1+z).
 TEST(SpectralBasis, WavelengthsAmongBands) {
   Spectrum spectrum = bands_of(1);
   spectrum.planes.insert(spectrum.planes.begin(),

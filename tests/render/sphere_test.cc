@@ -21,7 +21,7 @@ namespace {
 const char* const bulge =
     "[[component]]\nclass = \"bulge\"\nsed = \"flat\"\neffective_radius = 0.4\n";
 
-// Thick, so that pixels of some degrees resolve it.
+// The disk is thick, so that pixels of some degrees resolve it.
 const char* const disk =
     "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nrh = 0.3\nz0 = 0.2\n"
     "noise = false\n";
@@ -79,7 +79,7 @@ TEST(SphereViews, AGalaxyHasOneFluxWhereverItStands) {
   }
 }
 
-// From the middle of what is round, all directions are the same.
+// All directions from the centre of a round galaxy have one brightness.
 TEST(SphereViews, FromTheMiddleOfABallAllIsEven) {
   std::vector<double> levels;
   for (const View& view : views) {
@@ -112,7 +112,7 @@ glm::dvec3 place_of(const glm::dvec2& place) {
   return 2.0 * glm::dvec3(-std::cos(b) * std::sin(l), std::cos(b) * std::cos(l), std::sin(b));
 }
 
-// The light of a star that falls over a seam is on the other side.
+// Light of a star that crosses a seam appears on its other side.
 TEST(SphereViews, StarsAtSeamsKeepTheirLight) {
   for (const View& view : views) {
     for (const char* drawn : star_views) {
@@ -150,8 +150,8 @@ TEST(SphereViews, StarsAtSeamsKeepTheirLight) {
   }
 }
 
-// Stars of a field all around the camera: in every view the same light, in blocks of rows of any
-// size the same pixels.
+// A star field all around the camera has one total light in every view, and equal pixels in blocks
+// of rows of any size.
 TEST(SphereViews, StarFieldsAreWholeInEveryView) {
   const std::string field =
       "[[component]]\nclass = \"starfield\"\nz0 = 0.3\nrh = 0.4\nnumber = 5000\n"

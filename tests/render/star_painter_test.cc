@@ -119,7 +119,8 @@ TEST(StarPainter, LightIsThatOfAllStars) {
   }
 }
 
-// The stars are so many that those above the limit are the very brightest and would hardly shine.
+// With very many stars only the very brightest are above the limit. They would give hardly any
+// light, and none is drawn.
 TEST(StarPainter, NoStarShinesAmongTooMany) {
   const auto limit = [](double number) {
     const Painted painted(
@@ -132,7 +133,8 @@ TEST(StarPainter, NoStarShinesAmongTooMany) {
   EXPECT_EQ(sums(many, view(parallel, 32, 2)), sums(many, view(parallel, 32, 0)));
 }
 
-// The sum is equal at any resolution, times the area of a pixel, and by the square of the distance.
+// The sum of pixels times their area is equal at any resolution, and falls with the square of the
+// distance.
 TEST(StarPainter, LightDoesNotDependOnResolutionAndDistance) {
   const std::string text = field(1e6, smooth_noise);
   const auto flux = [&](double distance, int size) {
@@ -140,19 +142,19 @@ TEST(StarPainter, LightDoesNotDependOnResolutionAndDistance) {
         fmt::format("position = [0, {0}, {0}]\nfov = {1}\n", distance / std::sqrt(2.0),
                     2 * std::atan(1.2 / distance) * 180 / std::numbers::pi);
     const std::vector<double> sum = sums(text, view(camera, size, 2));
-    return sum[0] / size / size;  // of a field of constant width, hence of distance^2 flux
+    return sum[0] / size / size;  // the view has a constant width, hence this is distance^2 flux
   };
   const double reference = flux(6, 64);
-  // The resolution decides which stars are points, and so whose chance counts. The light of 10^4
-  // points in the coarsest image is uncertain by a percent.
+  // The resolution decides which stars are points. The light of the 10^4 points in the coarsest
+  // image has a chance error of a percent.
   for (const int size : {16, 32, 128}) EXPECT_NEAR(flux(6, size) / reference, 1, 0.01) << size;
   for (const double distance : {12.0, 50.0}) {
     EXPECT_NEAR(flux(distance, 64) / reference, 1, 0.02) << distance;
   }
 }
 
-// At any distance the share of smooth light is that of the stars too faint to be seen alone.
-// Distances are between, at and beyond those of the scale.
+// At any distance the share of smooth light is that of stars too faint to be drawn. The distances
+// are between, at and beyond those of the scale.
 TEST(StarPainter, SmoothLightIsDimmedByItsShare) {
   for (const std::string& camera : {outside, inside, parallel}) {
     const Painted painted(
@@ -191,7 +193,7 @@ TEST(StarPainter, SmoothLightIsDimmedByItsShare) {
 TEST(StarPainter, MovingCameraChangesNoStar) {
   const std::string galaxy = field(3000, smooth_noise);
   const auto stars = [&](double x) {
-    // All stars, in full.
+    // All stars are drawn with their whole light.
     const Painted painted({{{"g", galaxy}},
                            "galaxy x y z\ng 0 0 0\n",
                            view(fmt::format("position = [{}, -3, 1]\nfov = 60\n", x), 256, 1e5)});
@@ -215,13 +217,13 @@ TEST(StarPainter, MovingCameraChangesNoStar) {
     most = std::max(most, ratio);
     ++b;
   }
-  // Distances change by at most 0.4 of 2.16, and not to be told from each other's.
+  // The camera moves by 0.4, and all stars are at least 2.16 away.
   EXPECT_GT(least, std::pow(2.16 / 2.56, 2));
   EXPECT_LT(most, std::pow(2.56 / 2.16, 2));
 }
 
 TEST(StarPainter, FluxesFollowTheLaw) {
-  // Seen from so far that all distances are equal.
+  // In an orthographic view all distances are equal.
   const Painted painted(
       {{{"g", field(100000, smooth_noise)}},
        "galaxy x y z\ng 0 0 0\n",
@@ -231,7 +233,7 @@ TEST(StarPainter, FluxesFollowTheLaw) {
   const std::vector<Found> stars = painted.stars();
   EXPECT_NEAR((static_cast<double>(stars.size()) - 1e5) / std::sqrt(1e5), 0, 3);
   const StarFields::Field& own = painted.fields->fields()[0];
-  // In the light at 5500 Angstrom between the two planes, mean one: compare the total.
+  // The total light in the first plane, at 4300 Angstrom, is that of the field's spectrum.
   double sum = 0;
   for (const Found& star : stars) sum += star.flux[0];
   const double expected =
@@ -239,8 +241,8 @@ TEST(StarPainter, FluxesFollowTheLaw) {
   EXPECT_NEAR(sum / (expected * painted.scene->galaxies[0].brightness * 4300 * 4300), 1, 0.02);
 }
 
-// Cells are passed over only where the view shows nothing of them: all candidates of the field,
-// seen by the camera alone. Near by, inside, from far away, of a stretched and turned galaxy off
+// The painter skips only cells outside the view: it finds all candidates of the field that the
+// camera sees. The camera is near, inside or far away, and the galaxy is stretched, turned and off
 // the origin.
 TEST(StarPainter, FindsAllStarsInView) {
   const std::string turned = "galaxy x y z ox oy oz size\ng 0.2 -0.1 0.05 0.3 0.5 0.7 0.8\n";
@@ -278,7 +280,7 @@ TEST(StarPainter, FindsAllStarsInView) {
   }
 }
 
-// The same stars in any tile, in the same order.
+// Any tile has its stars of the image, in the image's order.
 TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
   const Painted painted({{{"g", field(2e5, "noise = {octaves = 2}")}},
                          "galaxy x y z\ng 0 0 0\n",
@@ -299,7 +301,7 @@ TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
   }
 }
 
-/// All rows of an image, rendered in blocks of so many rows.
+/// All rows of an image, rendered in blocks of `block` rows.
 std::vector<double> rows_in_blocks(const Renderer& renderer, int block) {
   const auto row = static_cast<std::size_t>(renderer.width() * renderer.planes());
   std::vector<double> rows(row * static_cast<std::size_t>(renderer.height()));
@@ -337,7 +339,7 @@ TEST(StarPainter, RowsAreTheSameInBlocksOfAnySize) {
     };
     const std::vector<double> whole = render(text.scene, side);
     for (const int size : {1, 7}) EXPECT_EQ(render(text.scene, size), whole) << size;
-    // Nor does the order of the scene's rows count.
+    // The order of the scene's rows does not count.
     EXPECT_EQ(render("galaxy x y z size seed\ng 0.3 0.5 0.1 0.6 2\ng 0 0 0 1 1\n", 7), whole);
     // Discs and haloes are seen.
     for (const std::vector<double>& other : images) EXPECT_NE(whole, other);
@@ -373,7 +375,7 @@ TEST(StarPainter, BlocksSeeAllStarsThatReachThem) {
   }
 }
 
-// A star behind dust: by the depth of an exponential layer up to it, against all of it behind.
+// Dust dims a star by the optical depth of the exponential layer up to the star.
 TEST(StarPainter, DustDimsStarsBehindIt) {
   const std::string dust =
       "[[component]]\nclass = \"dust\"\nz0 = 0.05\nrh = 0.3\noptical_depth = 1\nnoise = false\n";
@@ -409,7 +411,7 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
     const double z = height.at({free[i].pixel.x, free[i].pixel.y});
     const double x = (free[i].pixel.x - 31.5) / 32, y = (free[i].pixel.y - 31.5) / 32;
     const double r = std::hypot(x, y);
-    // Well inside the taper.
+    // Only stars well inside the taper count.
     if (r > 0.6 || std::abs(z) > 0.3) continue;
     const double depth =
         0.5 * std::exp(-r / 0.3) * (1 - std::tanh(z / 0.05)) * curve->relative(node);

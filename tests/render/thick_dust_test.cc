@@ -1,5 +1,5 @@
-// Smooth dust up to an optical depth of 1000, from face on to edge on, against an integral written
-// here. The light comes from a skin that is thin beside the galaxy.
+// Images of smooth dust up to an optical depth of 1000, from face on to edge on, agree with an
+// integral written here. The light comes from a thin skin.
 
 #include <gtest/gtest.h>
 
@@ -27,8 +27,8 @@ double envelope(const Shape& shape, double r, double z) {
   return std::pow(std::cosh(z / shape.z0), -2) * std::exp(-r / shape.rh) * taper;
 }
 
-/// What a ray parallel to the line of sight shows of the stars within and behind dust of this
-/// depth, x and y on the sky.
+/// The brightness of a ray along the line of sight at (x, y) on the sky, through stars and dust of
+/// optical depth `depth`.
 double brightness(double x, double y, double inclination, double depth) {
   constexpr int steps = 20000;
   const double room = 1 - x * x - y * y;
@@ -71,7 +71,7 @@ std::string parameters(double width, const std::string& tolerance) {
       "[spectrum]\nwavelengths = [5494.505]\n[sampling]\ntolerance = " + tolerance + "\n");
 }
 
-/// What the pixels of a view show, row by row.
+/// The exact values of the pixels of a view, row by row.
 template <class Shown>
 std::vector<double> exact_pixels(double width, const Shown& shown) {
   const auto place = [&](int pixel) { return ((pixel + 0.5) / size - 0.5) * width; };
@@ -124,8 +124,8 @@ TEST_P(ThickDustTest, ShowsItsSkin) {
 INSTANTIATE_TEST_SUITE_P(Inclinations, ThickDustTest, testing::Values(0, 40, 75, 85, 89, 90));
 
 TEST(DustInFrontTest, OfAnotherGalaxyDimsAllThatIsBehind) {
-  // Both face on: the light of the one behind is a disk's column, the depth of the other is a
-  // dust's column.
+  // Both galaxies are face on. The light behind is the column of a disk, and the optical depth in
+  // front the column of dust.
   TextScene text;
   text.scene = "galaxy x y z inclination pa\nfront 0 0 3 0 0\nbehind 0 0 0 0 0\n";
   text.galaxies["behind"] = layer("disk", stars, "sed = \"flat\"\nintensity = 1\n");

@@ -1,5 +1,4 @@
-// Galaxies measured, side by side, and rendered in threads of a process: what the thread sanitizer
-// is to see.
+// Galaxies are measured and rendered in threads of one process, for the thread sanitizer.
 
 #include <gtest/gtest.h>
 

@@ -24,12 +24,12 @@ std::vector<std::string> shipped_scenes() {
   return names;
 }
 
-// Side of the part of the deep field that is seen, scene units. In larger pixels it is all centres
-// of galaxies, cut into many cells.
+// Side of the part of the deep field that is seen, scene units. Larger pixels would all hold
+// centres of galaxies, and be cut into many cells.
 constexpr double deep_field_side = 60;
 
-/// Whether a line of the deep field's list is no galaxy, or one that is seen. Each type and seed is
-/// measured before the first ray.
+/// Whether a line of the deep field's list is no galaxy, or a galaxy in view. The other galaxies
+/// are left out, since each type and seed is measured before the first ray.
 bool is_seen(const std::string& line) {
   std::istringstream words(line);
   std::string galaxy;
@@ -42,7 +42,7 @@ bool is_seen(const std::string& line) {
 Image render_shipped(const std::string& name, int size, const std::string& tolerance) {
   // The whole sky is twice as wide as high.
   const int height = name == "milky_way_inside" ? size / 2 : size;
-  // The tolerance of rays; calibrated pixels would be cut into cells by it.
+  // One ray per pixel tests the tolerance of rays. Calibrated pixels would be cut into cells.
   std::vector<std::string> settings = {
       "image.size=[" + std::to_string(size) + ", " + std::to_string(height) + "]",
       "sampling.tolerance=" + tolerance, "camera.supersample=1"};
@@ -160,8 +160,8 @@ TEST(SteepRaysTest, ConvergeInViewsWithTheMostStructure) {
   }
 }
 
-// Light in, behind and in front of thick clumpy dust; alone, and with the dust of another galaxy
-// within it.
+// Light in, behind and in front of thick clumpy dust, in one galaxy or with the dust of an
+// overlapping galaxy.
 TEST(ThickTexturedDustTest, ToleranceIsKept) {
   const auto thick = [](double depth) {
     return Resources::from_record(

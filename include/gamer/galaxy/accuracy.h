@@ -50,8 +50,8 @@ struct Accuracy {
   /// equally. Controls a galaxy's flux, which depends on the overlap of resolved clumps of light
   /// and dust.
   double widest_footprint;
-  /// Distance of rays, in widest footprints, below which noise and arms need no closer rays.
-  /// Controls the light of clumps that rays would miss or count twice.
+  /// Smallest distance of rays that noise and arms need, in units of widest_footprint. Controls the
+  /// light of clumps that rays would miss or count twice.
   double ray_spacing;
   /// Brightness, as a share of a component's peak, below which rays are farther apart. The second
   /// value is for galaxies of fixed flux. Controls the light of faint outskirts.
@@ -59,8 +59,8 @@ struct Accuracy {
   /// Largest factor on the distance of rays below faint_brightness, in galaxies whose flux is not
   /// fixed.
   double faint_spacing;
-  /// Distance of rays, in widest footprints, below which an edge needs no closer rays. Controls the
-  /// light at the edges of bars.
+  /// Smallest distance of rays that an edge needs, in units of widest_footprint. Controls the light
+  /// at the edges of bars.
   double edge_spacing;
   /// Largest factor on the distance of rays in a galaxy whose flux is fixed by its own rays
   /// (fixed_spacing()). The factor's square root multiplies ray_size and cell_size. Controls pixels
@@ -91,8 +91,8 @@ struct Accuracy {
   }
 
   /// Factor on the distance of rays in a galaxy of fixed flux. `pixel` is the width of a pixel,
-  /// galaxy radii. The factor falls with the second power of the pixel where more than 128 pixels
-  /// cross the galaxy. From 256 pixels on it is 1.
+  /// galaxy radii. Where more than 128 pixels cross the galaxy, the factor falls with the square of
+  /// the pixel's width. From 256 pixels on it is 1.
   double fixed_spacing(double pixel) const {
     constexpr double most_pixels = 64;  // of a radius
     const double coarse = most_pixels * pixel;
@@ -100,11 +100,11 @@ struct Accuracy {
   }
 
   /// Factor on ray_error in a galaxy of fixed flux. `pixel` is the width of a pixel, galaxy radii.
-  /// From 64 to 128 pixels across the galaxy, small_galaxy_error falls with the second power of the
-  /// pixel, at most to 1.
+  /// Where more than 64 pixels cross the galaxy, small_galaxy_error falls with the square of the
+  /// pixel's width, to 1.
   double fixed_error(double pixel) const { return fixed_flux_error * small_error(pixel); }
-  /// Factor on the distance of first nodes there. A factor of 4 on errors goes with 1.5 on
-  /// distances.
+  /// Factor on the distance of first nodes in such a galaxy. A factor of 4 on errors corresponds to
+  /// 1.5 on distances.
   double fixed_step(double pixel) const {
     return fixed_flux_step * std::pow(small_error(pixel), 0.29);
   }
@@ -113,12 +113,12 @@ struct Accuracy {
   /// one.
   static constexpr double finest_tolerance = 3e-6;
 
-  /// The knobs for a tolerance. With few nodes the quadrature's error is a smaller part of its
-  /// change when every second node is left out, hence the power of ray_error
-  /// (bench/ray_error_bench). Errors of stars do not average out, hence the smaller star_error.
-  /// Missed features fall with a high power of the first step, hence its small power here. The
-  /// error of the midpoint rule falls with the second power of the size, and the error of Gauss'
-  /// rule with the fourth.
+  /// The knobs for a tolerance. ray_error grows faster than the tolerance, since the error of few
+  /// nodes is a smaller share of the change that ray_error limits (bench/ray_error_bench).
+  /// star_error is smaller, since errors of stars do not average out. first_step changes little,
+  /// since the light of missed features grows with a high power of it. The error of the midpoint
+  /// rule grows with the square of ray_size, and that of Gauss' rule with the fourth power of
+  /// cell_size.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
     const double coarser = std::max(t / 1e-4, 1.0);

@@ -43,12 +43,12 @@ struct Focus {
   double rate;
 };
 
-/// The sampling of a ray: the stretch that has components, and its focuses.
+/// The sampling of a ray: the interval that has components, and its focuses.
 struct RayPlan {
   double begin;
-  double end;  ///< the stretch is empty if end <= begin
+  double end;  ///< the interval is empty if end <= begin
   std::vector<Focus> focuses;
-  bool has_texture;  ///< whether a component on the stretch has a texture
+  bool has_texture;  ///< whether a component in the interval has a texture
 
   void clear() {
     begin = HUGE_VAL;
@@ -66,7 +66,7 @@ struct RayPlan {
 /// value; infinite where the column is negligible.
 struct ColumnScale {
   double envelope = HUGE_VAL;
-  double edge = HUGE_VAL;     ///< scale of an edge, a line across many rays
+  double edge = HUGE_VAL;     ///< scale across an edge, which extends over many rays
   double texture = HUGE_VAL;  ///< scale of arms and noise, which extend over many rays
   /// Approximate largest value of the envelope along the ray and its neighbours, as a share of the
   /// component's peak.
@@ -106,7 +106,7 @@ struct ColumnCloud {
 struct ComponentDigests {
   std::string envelope;  ///< decides the envelope
   std::string form;      ///< decides all but the amplitude, the spectrum and what a seed changes
-  /// Decides the texture and its statistics, with those of the component that it follows.
+  /// Decides the texture and its statistics, and those of the component that it follows.
   std::string texture;
 };
 
@@ -147,7 +147,7 @@ class Component {
   }
   /// About `size` columns of `heights` points, spread over a layer; empty for other components.
   virtual ColumnCloud columns(std::size_t /*size*/, std::size_t /*heights*/) const { return {}; }
-  /// Adds the stretch and focuses that the component needs on `ray` for the given accuracy.
+  /// Adds the interval and focuses that the component needs on `ray` for the given accuracy.
   virtual void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const = 0;
   /// The scale on which the integral of the density changes across rays within `reach` of this ray.
   /// `nearest` is the ray's point closest to the centre; `direction` has length 1.
@@ -156,7 +156,7 @@ class Component {
   /// Whether the integral of the density has a cusp at the centre, where a single ray differs
   /// strongly from the mean over a pixel.
   virtual bool has_cusp() const { return false; }
-  /// A typical largest integral of the envelope along a ray seen face on, galaxy radii.
+  /// Approximate largest integral of the envelope along a face-on ray, galaxy radii.
   virtual double face_on_column() const = 0;
   /// The largest envelope without the arm modifier.
   virtual double peak() const { return 1; }
@@ -281,7 +281,6 @@ std::unique_ptr<Component> read_component(const ConfigNode& node, int index,
                                           const ComponentSurroundings& surroundings,
                                           const GalaxySettings& settings, Resources& resources);
 
-// The kinds.
 ComponentKind bulge_kind();
 ComponentKind disk_kind();
 ComponentKind stars_kind();

@@ -31,9 +31,9 @@ class Galaxy {
   static std::shared_ptr<const Galaxy> parse(std::string_view text, const std::string& label,
                                              const GalaxySettings& settings, Resources& resources);
   /// Reads a galaxy file. GalaxyStatistics must measure the galaxy before it is evaluated. A galaxy
-  /// with clumpy dust has a reference. If Accuracy::shares_closure is true, the reference is that
-  /// of the settings, made from an equal file and settings, or a new galaxy of a fixed seed.
-  /// Otherwise the reference is a new galaxy of its own seed. Throws InputError as parse() does.
+  /// with clumpy dust has a reference. If Accuracy::shares_closure is true, the reference is
+  /// GalaxySettings::reference or, without one, a new galaxy of a fixed seed. Otherwise the
+  /// reference is a new galaxy of its own seed. Throws InputError as parse() does.
   static std::shared_ptr<Galaxy> read(std::string_view text, const std::string& label,
                                       const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]
@@ -62,9 +62,9 @@ class Galaxy {
   /// the emissivity at 5500 Angstrom or the extinction coefficient at V, per galaxy radius. There
   /// are at most batch_capacity points.
   ///
-  /// Phi counts as 1, and is not computed, where the envelope is below `threshold` times
-  /// threshold_scale(), divided by the optical depth of thick dust. Phi fades in up to 4 times this
-  /// limit.
+  /// Phi counts as 1, and is not computed, where the envelope is below the limit `threshold` times
+  /// threshold_scale(). In galaxies of face-on optical depth tau > 5 the limit is multiplied by
+  /// 5/tau. Phi fades in up to 4 times the limit.
   ///
   /// Octaves that a footprint of `rays` hides count by their expectation; with null rays nothing is
   /// hidden. With `deviations` there is a set of arrays for each deviation. In set d, densities[d *

@@ -22,7 +22,6 @@ struct KeyUse {
 /// several uses needs all of them.
 std::vector<KeyUse> component_key_uses(const ComponentKind& kind);
 
-/// The uses of the keys of [arms].
 std::vector<KeyUse> arm_key_uses();
 
 }  // namespace gamer

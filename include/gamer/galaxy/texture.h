@@ -43,7 +43,7 @@ class Texture {
   virtual void see(const Points& points, std::span<const float* const> footprints,
                    bool wants_coherent, std::span<SeenNoise> out,
                    std::uint64_t& evaluations) const = 0;
-  /// The second step: Phi from what see() found for one of the sets.
+  /// The second step: Phi from the octaves that see() found for one set.
   virtual void expect(std::size_t size, const SeenNoise& seen, const float* coherence,
                       std::span<const double> deviations, std::span<BatchArray> out) const = 0;
 

@@ -39,7 +39,7 @@ struct Hit {
   double footprint_at(double t) const { return footprint + footprint_growth * t; }
 };
 
-/// The galaxies that together fill a stretch of a ray, in an order that does not depend on the
+/// The galaxies that together fill an interval of a ray, in an order that does not depend on the
 /// scene's rows. Their components have numbers, called slots: light slots and dust slots, each
 /// counted through all galaxies.
 struct Cover {
@@ -69,9 +69,9 @@ class HitTable {
   std::vector<Entry> entries_;    ///< ray by ray, ascending by galaxy
 };
 
-/// Points (nodes) on stretches of rays (segments), with light and dust. Each slot of a segment's
-/// cover has the emissivity at 5500 Angstrom (rest frame) or the extinction coefficient at V, per
-/// scene unit of path.
+/// Nodes of segments of rays, with light and dust. Each slot of a segment's cover has the
+/// emissivity at 5500 Angstrom (rest frame) or the extinction coefficient at V, per scene unit of
+/// path.
 struct RayNodes {
   struct Segment {
     std::int32_t ray;
@@ -113,11 +113,11 @@ class Medium;
 /// spectral node j. G_j is given for each light component of every hit galaxy, in the order of the
 /// ray's hits.
 struct RayLight {
-  std::vector<std::size_t> begin;  ///< [ray] begin of its part of `light`
-  std::vector<double> light;       ///< [begin[ray] + component * nodes + j]
-  std::vector<double> depth;       ///< [ray * nodes + j] optical depth of the whole ray
-  std::vector<double> through;     ///< [ray * nodes + j] share of light behind that comes through
-  HitTable table;                  ///< finds the hits of the rays
+  std::vector<std::size_t> begin;      ///< [ray] begin of its part of `light`
+  std::vector<double> light;           ///< [begin[ray] + component * nodes + j]
+  std::vector<double> depth;           ///< [ray * nodes + j] optical depth of the whole ray
+  std::vector<double> through;         ///< [ray * nodes + j] transmission of light from behind
+  HitTable table;                      ///< finds the hits of the rays
   std::vector<std::size_t> first_hit;  ///< [ray] index of its first hit in `hit_begin`
   std::vector<std::size_t> hit_begin;  ///< [hit] begin of its part of `light`
 

@@ -62,13 +62,13 @@ class Renderer {
   /// work to `counts`.
   void count_field_stars(int number, RenderCounts& counts) const;
 
-  /// Calls the function for every ray of the camera's window. Arguments are the
-  /// ray's pixel coordinates (from 0), its area (pixels), and its light in each output that is an
-  /// image. The light is in the scene's unit of brightness times the area.
+  /// Calls take() for every ray of the camera's window, with its pixel coordinates (from 0), its
+  /// area (pixels) and its light in each output plane. The light is in the scene's unit of
+  /// brightness times the area.
   void sample_light(const std::function<void(double x, double y, double area,
                                              std::span<const double> values)>& take) const;
   /// Renders values[plane * width + x] of pixels of a row, in the given ranges of columns and
-  /// without stars that are drawn. Other columns have no light.
+  /// without stars that are drawn individually. Other columns have no light.
   void render_smooth(int y, std::span<const RowRange> columns, std::span<double> values) const;
   /// Calls take(star, pixel) once for each star of star fields that is drawn within these rows.
   /// `pixel` is the pixel of the whole image that holds the star.
@@ -114,7 +114,7 @@ class Renderer {
   std::optional<Ray> middle_ray(int x, int y, const Workspace& work) const;
   /// Finds the galaxies from which the cells of a pixel choose.
   void find_near_pixel(int x, int y, const GalaxyIndex::Found& near, Workspace& work) const;
-  /// Adds a pixel's layers, or its rays to those that wait.
+  /// Adds a pixel's layers to the sums, or its rays to the waiting rays.
   void add_pixel(int x, int y, int row, const GalaxyIndex::Found& near, Workspace& work,
                  LightSums& sums) const;
   /// Places the rays of a pixel: a fixed grid, or cells where the pixel is large compared with the
@@ -126,9 +126,9 @@ class Renderer {
   /// Turns the weights of a pixel's samples, from `first` on, into shares of the pixel's solid
   /// angle.
   void weigh(std::size_t first, Workspace& work) const;
-  /// The size of a cell relative to the structure that it shows: its side over the largest
-  /// sufficient side. One ray (`rays`) or four rays by Gauss' rule (`parts`) must suffice for
-  /// envelopes and textures. `steepness` is `parts` for envelopes alone.
+  /// The side of a cell, divided by the largest side for which one ray (`rays`), or four rays by
+  /// Gauss' rule (`parts`), suffice for envelopes and textures. `steepness` is `parts` for
+  /// envelopes alone.
   struct Coarseness {
     double rays = 0, parts = 0, steepness = 0;
   };
@@ -166,7 +166,7 @@ class Renderer {
   /// all its galaxies together: some galaxy has no layer, two galaxies penetrate each other, or
   /// dimmed_share() is above Accuracy::most_dimmed.
   bool add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const;
-  /// Adds a pixel of a layer and the dimming of what is behind it.
+  /// Adds a pixel of a layer, and dims the layers behind it.
   void add_layer(int galaxy, const double* numbers, int x, int row, Workspace& work,
                  LightSums& sums) const;
   /// Adds the scene's own stars to rows of the whole image, and returns whether there were any.
@@ -191,7 +191,7 @@ class Renderer {
   void share_disc(const glm::dvec2& pixel, std::span<const double> times,
                   const TakeShares& take) const;
   void add_star(const PlacedStar& star, RowRange rows, LightSums& sums) const;
-  /// The reach of stars, without the least area; see `star_reach_`.
+  /// The reach of stars, without Reach::least_area.
   StarPainter::Reach make_star_reach() const;
   /// Solid angles of a row's pixels, where there is light and the unit needs them; elsewhere 1.
   std::vector<double> areas_of(int y, std::size_t row, LightSums& sums) const;

@@ -11,7 +11,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace gamer::HWY_NAMESPACE {
 
-/// The share that footprints resolve of features of this frequency.
+/// The share of features of this frequency that footprints resolve.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V SeenShare(D d, V footprint, float frequency) {
   constexpr auto slope = static_cast<float>(1 / (fade_end - fade_begin));

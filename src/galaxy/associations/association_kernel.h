@@ -75,8 +75,8 @@ constexpr float most_occupancy = 1 / (1 + fade_range);
 // An octave's factor is between 1 - octave_depth and 1 + octave_depth.
 constexpr float octave_depth = 0.9f;
 
-// Least part of the octaves in the occupancy. Below it clumps become fainter, so that they have no
-// sharp edges where the octaves vanish.
+// Smallest product of octaves in the occupancy. Below it clumps become fainter, so that they have
+// no sharp edges where the octaves vanish.
 constexpr float least_complexes = 0.15f;
 
 /// The clumps of a tier: one in each occupied cell of a square lattice.

@@ -24,8 +24,8 @@ constexpr double points_margin = 1.5;
 // equal clumps times the factor `clump_spread`, since they differ in their light and in M.
 constexpr double tier_error = 0.3;
 constexpr double clump_spread = 2;
-// Largest number of cells of a tier whose clumps are looked for. Tiers of more cells, with clumps
-// below a thousandth of the galaxy, count by their mean.
+// Largest number of cells of a tier whose clumps are looked for. Tiers of more cells, whose clumps
+// are below 1/4096 of the galaxy's diameter, count by their mean.
 constexpr double most_cells = 1 << 24;
 // Number of pairs of points in a round: two pairs are in the halo and one is in each core.
 constexpr std::size_t pairs_of_parts = 4;
@@ -38,10 +38,10 @@ constexpr double occupancy_margin = 4;
 // Number of clumps whose sums are held at one time.
 constexpr std::size_t clumps_at_a_time = std::size_t{1} << 13;
 
-/// A clump that may be there.
+/// A clump that may exist.
 struct Clump {
   double x, y, z, radius;
-  double number;      ///< the random number that decides whether the clump is there
+  double number;      ///< the random number that decides whether the clump exists
   double occupancy;   ///< without the octaves
   std::size_t model;  ///< its index among the model clumps
   ClumpShape shape;
@@ -310,7 +310,7 @@ class Means {
     }
   }
 
-  /// The clumps of tier l that may be there.
+  /// The clumps of tier l that may exist.
   std::vector<Clump> find_clumps(std::size_t l) const {
     const ClumpTier& tier = texture_.tiers()[l];
     const double c = double{tier.cosine} * tier.side, s = double{tier.sine} * tier.side;
@@ -347,7 +347,7 @@ class Means {
     return result;
   }
 
-  /// Whether each clump is there for each footprint with points, [clump * footprints + w]. The
+  /// Whether each clump exists for each footprint with points, [clump * footprints + w]. The
   /// octaves near its centre decide.
   std::vector<bool> clumps_there(std::size_t l, const std::vector<Clump>& clumps,
                                  std::span<const std::size_t> points) const {

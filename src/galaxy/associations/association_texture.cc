@@ -22,8 +22,8 @@ using std::numbers::pi;
 // Largest ratio of diameters within a tier.
 constexpr double tier_ratio = 2;
 
-// Frequencies of a tier of largest radius R, times R: for the visibility, and of its sharpest
-// features.
+// Frequencies of a tier, times the largest radius of its clumps: the frequency that decides what
+// rays see, and that of the sharpest features.
 constexpr double seen_frequency = 2.2;
 constexpr double sharp_frequency = 1.0;
 
@@ -36,8 +36,8 @@ constexpr double cavity_growth = 1.5;
 // which cells of a tier are occupied, in diameters of its largest clump.
 constexpr double complex_wavelength = 2;
 constexpr double shortest_wavelength = 4;
-// Share of the layer's light, the part next to the plane, over whose heights clumps are spread.
-// Clumps further out would be few and, relative to the envelope, very bright.
+// Share of the layer's light, next to the plane, at whose heights clumps lie. Clumps further out
+// would be few and, relative to the envelope, very bright.
 constexpr double layer_share = 0.96;
 
 // Offsets of lattices, cells.
@@ -96,7 +96,7 @@ double light_at_height(double t, double cavity) {
   return pi * (fourth / 4 - cavity * hole) / (halo_volume - cavity * cavity_volume);
 }
 
-/// sech^2(z/z0) convolved with the density in z of light of this radius and cavity.
+/// sech^2(z/z0) convolved with the vertical profile of a halo of this radius and cavity.
 double seen_layer(double z, double radius, double cavity, double z0) {
   using Rule = boost::math::quadrature::gauss<double, 20>;
   if (radius < z0) {

@@ -51,9 +51,9 @@ struct AssociationParameters {
 /// different ranges show the same clumps at several ages. A clump of profile K_k exists where u <
 /// p_k (1 + fade_range); p_k is the surface density of clumps at its centre, times the cell's area.
 /// Its weight w_k falls from 1 at u = p_k (1 - fade_range) to 0 at u = p_k (1 + fade_range). The
-/// density is that of the layer times M_l, a product, of mean 1, of octaves (multiply_octave()).
-/// These octaves are longer than four of the tier's largest diameters, and M_l is at least
-/// least_complexes. With M the product of all octaves,
+/// surface density is that of the layer times M_l, a product of octaves of mean 1
+/// (multiply_octave()). These octaves are longer than four of the tier's largest diameters, and M_l
+/// is at least least_complexes. With M the product of all octaves,
 ///   Phi = M (1 + sum_l share_l (sum_k w_k K_k/p_k - 1)).
 /// The heights z_k follow sech^2(z/z0) convolved with a core, without the layer's edge. The
 /// amplitudes of halo and cores make each clump emit exactly its luminosity, apart from octaves

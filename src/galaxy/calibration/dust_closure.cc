@@ -12,11 +12,12 @@
 namespace gamer {
 namespace {
 
-// Numbers of rays, and of points on face-on rays, on which the transmission of dust is measured.
+// Number of rays on which the transmission of dust is measured.
 constexpr std::size_t coherence_rays = std::size_t{1} << 12;
 // Where clouds have at most coarse_points points, coarse_rays rays suffice.
 constexpr std::size_t coarse_points = std::size_t{1} << 13;
 constexpr std::size_t coarse_rays = std::size_t{1} << 11;
+// Number of points on a face-on ray.
 constexpr double coherence_heights = 10;
 // Heights at which the light behind the dust is added up, and the ratio of successive heights.
 constexpr double lowest_light = 2e-3;
@@ -175,7 +176,8 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
       std::vector<BatchArray>(batches),
       std::make_unique_for_overwrite<SeenNoise[]>(texture != nullptr ? places * widths.size() : 0),
       std::make_unique_for_overwrite<BatchArray[]>(places * widths.size())};
-  // Transmission is weighted with the light where the ray meets the plane, and dust with area.
+  // Transmission is weighted with the light where the ray meets the plane, and the amount of dust
+  // with the area.
   parallel_for(batches, [&](std::size_t b) {
     add_light(galaxy, c, cloud.columns[b], result.brightness[b]);
   });
@@ -245,7 +247,7 @@ DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std:
       return Passed{coherence, traced.light(depths, whole / amount) - wanted,
                     proper_mean(amount / expected)};
     };
-    // Secants; light grows with the variance.
+    // Secant steps. The transmitted light grows with the variance.
     double guess = 1, slope = 0;
     Passed last = pass(guess);
     for (int step = 0; step < secants && std::abs(last.excess) > light_error * wanted; ++step) {

@@ -18,11 +18,11 @@
 namespace gamer {
 namespace {
 
-// Number of points over which a texture's statistics are first taken. If independent points would
-// need more for a mean with Accuracy::mean_error, the mean is taken over a larger cloud, up to the
-// settings' limit. Few points show the need only roughly, so the larger cloud has a minimum size
-// and a margin. A component with a share f of the light may have f^(-1/2) times that error. The
-// errors of all components together are then Accuracy::mean_error of the galaxy's light.
+// Number of points of the first cloud over which a texture's statistics are taken. If independent
+// points would need more for a mean of error Accuracy::mean_error, the mean is taken over a larger
+// cloud. Few points show this need only roughly, so that the larger cloud has a minimum size and a
+// margin. A component with a share f of the light may have f^(-1/2) times this error. The errors of
+// all components together are then Accuracy::mean_error of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 13;
 // Divisor of first_cloud where a rough mean suffices.
 constexpr std::size_t rough = 8;
@@ -101,7 +101,8 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
   for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     const Component& component = component_at(c);
     if (!component.absorbs()) light_ += galaxy_.luminosity(c);
-    // Every component has a part in this round, so that all processes have equal parts.
+    // Every component with a texture has a part in this round, so that all processes have equal
+    // parts.
     const Texture* texture = component.texture();
     if (texture == nullptr) continue;
     of(Round::textures).push_back({c, 0, 0});
@@ -458,8 +459,7 @@ std::vector<double> GalaxyStatistics::for_all(const std::vector<double>& widths,
 }
 
 double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) const {
-  // The places are uniform in r and z, in addition to a plain layer of this shape, so that the
-  // edges are included.
+  // The places are uniform in area and in height, so that the layer's faint edges are included.
   const LayerShape& shape = field.shape();
   float largest = 0;
   BatchArray x, y, z, density, envelope;

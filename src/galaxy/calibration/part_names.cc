@@ -37,7 +37,7 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
     case Round::closure: {
       text += fmt::format(" closure {} {:a}", index, component_at(c).amplitude());
       if (!component_at(c).absorbs()) return text;
-      // The envelopes of all light in front of the dust count.
+      // The light behind the dust comes from all components that emit.
       for (const auto& component : galaxy_.components()) {
         if (component->absorbs() || is_coarse_closure(galaxy_)) continue;
         text += fmt::format(" {} {:a}", component->digests().envelope,

@@ -174,8 +174,8 @@ double Bar::column(double u, double v) const {
 }
 
 double Bar::integral_of_body() const {
-  // Gauss' rule over directions in the plane of u and v. A point at the distance q has m = q M
-  // there.
+  // Gauss' rule over directions in the plane of u and v. A point at the distance q from the centre
+  // has m = q `stretch`.
   using Directions = boost::math::quadrature::gauss<double, 20>;
   using Radii = boost::math::quadrature::gauss<double, 20>;
   const double w = shape_.cut;

@@ -25,7 +25,7 @@ struct BarShape {
 ///   envelope = S (z0/h) sech^2(z/h), times the taper,
 ///   S = exp(-k m^(1/n))/(1 + exp((m - 1)/w)) + F exp(-((|u| - 0.85)/0.07)^2/2 - (v/0.4)^2/2),
 ///   h = z0 (1 + P (exp(-((u - x_P)/s_P)^2/2) + exp(-((u + x_P)/s_P)^2/2))).
-/// The light ends within some w of m = 1. Seen from the side, the height h makes the bar boxy or
+/// The light ends within a few w of m = 1. Seen from the side, the height h makes the bar boxy or
 /// shaped like a peanut. The column seen face on does not depend on h. The term of F adds ansae.
 class Bar : public Component {
  public:

@@ -127,7 +127,7 @@ constexpr double pi = std::numbers::pi;
 // Bright range of the layer, in scale heights.
 constexpr double bright_height = 3.5;
 
-// Intervals between radii at which the mean of arms that vary is known.
+// Number of intervals in r of the table of means of arms with courses of their own.
 constexpr std::size_t mean_intervals = 256;
 
 // Scale lengths within which the slope of a warp decides how far its texture is stretched.
@@ -253,7 +253,7 @@ ArmProfile Layer::profile() const { return {shape_.arm_width, arms_.courses()->t
 
 double Layer::mean_arm_modifier() const {
   if (!follows_arms()) return 1;
-  // Between neighbours a gap g apart Delta rises to g/2 and falls again.
+  // Between neighbouring arms at the distance g, Delta rises to g/2 and falls again.
   std::vector<double> angles;
   for (double offset : arms_.offsets()) {
     angles.push_back(offset - 2 * pi * std::floor(offset / (2 * pi)));

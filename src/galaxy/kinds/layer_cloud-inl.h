@@ -19,8 +19,8 @@
 HWY_BEFORE_NAMESPACE();
 namespace gamer::HWY_NAMESPACE {
 
-/// Draws the points of the cloud from index `first` on: r, phi, and the weight that the placing
-/// gives them.
+/// Draws the points of the cloud from index `first` on: m (in batch.r), psi (in batch.azimuth), v,
+/// and the weight m dm/(1 - v^2). dm is the distance of the neighbouring nodes.
 void DrawCloud(const CloudInput& in, std::size_t first, SampleBatch& batch, BatchArray& share,
                BatchArray& weight) {
   const hn::ScalableTag<float> d;
@@ -69,7 +69,7 @@ void DrawCloud(const CloudInput& in, std::size_t first, SampleBatch& batch, Batc
   }
 }
 
-/// Places points at z = z0 atanh(v), with x and y turned back by the twirl.
+/// Places points at z = z0 e^(flare r) atanh(v), with x and y turned back by the twirl.
 void PlaceCloud(const SampleBatch& batch, const BatchArray& v, const CloudInput& in,
                 WeightedBatch& points, BatchArray& taper) {
   const hn::ScalableTag<float> d;

@@ -40,8 +40,8 @@ constexpr double column_lengths = 2;
 constexpr double texture_periods = 0.35;
 
 // Size of the cusp of exp(-r/rh) at the axis, in scale lengths. Length over which the profile of
-// arms changes, in lengths over which it falls by e. Where this length is below finest_arm galaxy
-// radii there is little light.
+// arms changes, in its e-folding lengths. Where this length is below finest_arm galaxy radii there
+// is little light.
 constexpr double cusp_lengths = 0.5;
 constexpr double arm_lengths = 1;
 constexpr double finest_arm = 1.0 / 96;
@@ -344,7 +344,7 @@ void Layer::add_ring(const Path& path, RayPlan& out) const {
   if (inside2 < 0 && std::sqrt(radius * radius - inside2) - radius > seen_widths * ring_width) {
     return;
   }
-  // m changes at sqrt(inside2 dd)/r_0, and next to the axis quadratically.
+  // Along the ray m changes at the rate sqrt(inside2 dd)/r_0, and quadratically next to the axis.
   const double half = std::sqrt(std::max(inside2, 0.0) / dd);
   const double width =
       ring_width * radius / std::sqrt(dd * (std::max(inside2, 0.0) + ring_width * radius));

@@ -16,8 +16,8 @@
 namespace gamer {
 namespace {
 
-// End of integrals, in scale lengths x; (1 + x) e^-x of the light is beyond. In widths of a ring,
-// e^-32 of the peak is there.
+// End of integrals, in scale lengths x: the share (1 + x) e^-x of the light lies beyond. The end in
+// widths of a ring, where the profile is e^-32.
 constexpr double reach = 30;
 constexpr double ring_reach = 8;
 
@@ -130,7 +130,7 @@ std::vector<float> RadialLaw::quantiles(int parts) const {
   std::vector<float> result = {0.0f};
   const double end = std::min(1 / (rh_ * shape_.axis_ratio), reach);
   const double whole = 1 - (1 + end) * std::exp(-end);
-  // The first x is about sqrt(2 u); each further one begins at the one before.
+  // The first x is about sqrt(2 u). The search for each further x begins at the one before.
   double x = std::sqrt(2 * whole / parts);
   for (int k = 1; k < parts; ++k) {
     const double u = static_cast<double>(k) / parts;

@@ -37,7 +37,7 @@ class SersicProfile {
   std::vector<double> inside_;
 };
 
-/// A spheroid of Sersic's law (Sersic 1968), seen along any of its axes if they are equal:
+/// A spheroid of Sersic's law (Sersic 1968):
 ///   envelope = nu(m / R_e) / nu(1e-5), times the taper.
 class Sersic : public Spheroid {
  public:

@@ -61,7 +61,7 @@ double Spheroid::mean_over_directions(const std::function<double(double stretch)
 }
 
 void Spheroid::plan(const BallRay& ray, const Accuracy& /*accuracy*/, RayPlan& out) const {
-  // Closest approach in the bulge's own metric.
+  // Closest approach in the spheroid's own metric.
   double od = 0, dd = 0, oo = 0;
   for (int i = 0; i < 3; ++i) {
     const double o = ray.origin[i] * inverse_axis_[i];

@@ -12,7 +12,7 @@ namespace {
 
 using Rule = boost::math::quadrature::gauss<double, 20>;
 
-// Heights of so many h hold all light.
+// Heights up to this many h hold all light.
 constexpr double reach = 20;
 
 }  // namespace

@@ -32,7 +32,6 @@ struct MapInput {
   float x_magic, y_magic;
 };
 
-/// An octave of the displacement.
 struct DisplacementOctave {
   Octave octave;
   SeenInput seen;
@@ -50,7 +49,7 @@ struct VeinInput {
   float vein_kappa, vein_y, vein_mean;  ///< y of InverseI0Exp(), I0e(kappa) = <A>
   float vein_square;                    ///< <A^2> - <A>^2
   float spur_kappa, spur_y, spur_mean;
-  float spur_square;  ///< of G(t), times <(strength fade)^2>
+  float spur_square;  ///< <G^2> - <G>^2 of spurs
   float rate, slope, curvature, inverse_length, strength, variation;
   float inverse_rise;  ///< inverse range of the fade within the arm
   int branches;
@@ -85,15 +84,14 @@ struct CountedOctave {
 // Largest number of octaves of a VeinTexture.
 constexpr int most_octaves = 32;
 
-// The largest contrast c.
 constexpr float largest_contrast = 1.5f;
 
-// The fading of unresolved veins near the centre: the arms' spacings, in isotropic scales, where it
-// begins and ends.
+// Veins fade near the centre, where arms are close. The fading begins and ends where the isotropic
+// scale is this many spacings of the arms.
 constexpr float core_begin = 0.4f;
 constexpr float core_end = 1.2f;
 
-// Ratios of the arms' pitch to the reference pitch at which spurs fade, as in a bar.
+// Spurs fade, as in a bar, between these ratios of tan p to its value at the reference pitch.
 constexpr float bar_begin = 1.8f;
 constexpr float bar_end = 3.5f;
 
@@ -102,8 +100,8 @@ constexpr float bar_end = 3.5f;
 constexpr double largest_offset = 16.0;
 constexpr double offset_steps = 1024;
 
-/// A number that rounds to the spacing of single precision at this size, when it is added and
-/// subtracted again.
+/// A number that, added to a value and subtracted again, rounds the value to the spacing of single
+/// precision at this size.
 inline float grid_magic(double largest) {
   return static_cast<float>(1.5 * std::exp2(std::ceil(std::log2(largest))));
 }
@@ -114,7 +112,7 @@ inline float grid_magic(double slope, int turn) {
   return grid_magic(std::abs(slope) * most_radial + 0.5 * std::abs(turn) + largest_offset);
 }
 
-// Largest deviation, in standard deviations, up to which a coherent hidden factor is followed.
+// Largest standard deviation of the logarithm of a coherent hidden factor.
 constexpr float largest_deviation = 1.2f;
 
 // InverseI0Exp() has one polynomial below this argument and one above.
@@ -164,7 +162,6 @@ void multiply_by(std::size_t size, const float* value, float* density);
 /// null.
 void deviate(std::size_t size, const float* density, const float* coherent, const float* coherence,
              float scale, float deviation, float* out);
-/// out = scale density.
 void fill_scaled(std::size_t size, const float* density, float scale, float* out);
 
 }  // namespace gamer

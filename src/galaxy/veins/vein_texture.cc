@@ -221,7 +221,7 @@ struct VeinTexture::Inputs {
 
 namespace {
 
-/// The displacement: octaves 2^j of weights 2^-j, with the wanted total rms.
+/// The displacement: octaves of frequencies 2^j and weights 2^-j, with the wanted total rms.
 DisplacementInput displacement_of(const VeinParameters& p, const SpiralCoordinates& coordinates) {
   double variance = 0;
   for (int j = 0; j < p.displacement_octaves; ++j) variance += std::pow(0.25, j);

@@ -18,7 +18,7 @@ inline constexpr std::int32_t most_nodes = 2 * most_first_nodes - 1;
 inline constexpr std::int32_t piece_intervals = 32;
 
 /// A sampler with nodes where components need them. The nodes of segments are doubled until the
-/// error of each ray is within Accuracy::ray_error (docs/method.md, "Nodes").
+/// error of each ray is within Accuracy::ray_error (docs/method.md, "The adaptive sampler").
 class AdaptiveSampler : public Sampler {
  public:
   explicit AdaptiveSampler(const Medium& medium) : medium_(medium) {}
@@ -27,7 +27,7 @@ class AdaptiveSampler : public Sampler {
                  RenderCounts& counts) const override;
 
  private:
-  /// Finds the stretches of the galaxies that a ray hits, in the order in which they begin.
+  /// Finds the crossings of the galaxies that a ray hits, in the order in which they begin.
   void find_crossings(std::span<const Hit> hits, AdaptiveWorkspace& ws) const;
   void find_segments(std::span<const Hit> hits, std::int32_t ray, AdaptiveWorkspace& ws) const;
   std::int32_t find_cover(AdaptiveWorkspace& ws) const;
@@ -68,9 +68,9 @@ class AdaptiveSampler : public Sampler {
   double unit_of(const Segment& segment, const AdaptiveWorkspace& ws) const;
   /// The largest Medium::typical_brightness() of hit galaxies, in units of the nearest galaxy.
   double typical_brightness(std::span<const Hit> hits, std::size_t s) const;
-  /// Sum of squared errors of a ray in one steering plane, the allowed sum, and the segments. Light
-  /// is in units of the nearest galaxy, so that a ray through one galaxy does not depend on its
-  /// brightness.
+  /// Sum of the squared errors of a ray's segments in one steering plane, the allowed error of the
+  /// ray, and the number of segments. Light is in units of the nearest galaxy, so that a ray
+  /// through one galaxy does not depend on its brightness.
   struct Errors {
     double square, allowed, count;
   };

@@ -9,7 +9,7 @@
 
 namespace gamer {
 
-/// Smooth maps that place nodes on stretches of rays, called segments. A segment's node density is
+/// Smooth maps that place nodes on intervals of rays, called segments. A segment's node density is
 ///   rho(s) = sum_f rate_f / sqrt(1 + ((s - centre_f)/width_f)^2)
 /// over its focuses, and its nodes stand at equal distances of
 ///   u(s) = int rho ds = sum_f rate_f width_f asinh((s - centre_f)/width_f) + const,

@@ -9,7 +9,7 @@
 
 namespace gamer {
 
-/// Nodes of segments (stretches of rays, see NodeMap) with light and dust.
+/// Nodes of segments (intervals of rays, see NodeMap) with light and dust.
 struct SegmentNodes {
   /// Extra numbers after the last node in every array, so that several can be read at once.
   static constexpr std::size_t padding = 3;
@@ -88,7 +88,7 @@ struct SegmentIntegrals {
   float* transmission;      ///< [segment * nodes + j]: exp(-depth), or its mean over variants
   /// [(segment * 2 + k) * planes + s]: the flux in a steering plane, k = 0, and the depth, k = 1.
   /// `missed` of the flux bounds the light between nodes whose transmission falls below thick_ratio
-  /// of the node before. No node need lie in the thin surface that emits this light.
+  /// of the node before. All nodes may miss the thin surface that emits this light.
   Steered* steered;
 };
 

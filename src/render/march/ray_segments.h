@@ -13,7 +13,7 @@ namespace gamer {
 
 inline constexpr std::int32_t no_segment = -1;
 
-/// The stretch of a ray that a galaxy fills, with its focuses.
+/// The interval of a ray that a galaxy fills, with its focuses.
 struct Crossing {
   Hit hit;
   double begin, end;
@@ -21,7 +21,8 @@ struct Crossing {
   std::vector<Focus> focuses;
 };
 
-/// A stretch of a ray that overlapping galaxies fill, or a piece of one.
+/// An interval of a ray that one galaxy or overlapping galaxies fill, or a piece of such an
+/// interval.
 struct Segment {
   std::int32_t ray;
   std::int32_t cover;

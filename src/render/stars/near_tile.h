@@ -66,9 +66,9 @@ class NearTile {
     double distance2;  ///< square of the distance; 1 in parallel views
   };
 
-  /// `light` is an upper bound of the light, as in StarPainter::Reach, of a star of flux 1. In
-  /// images of brightness it counts times the area of the star's pixel. `rays` has a ball for each
-  /// class of the reach.
+  /// `light` is an upper bound of the light, as in StarPainter::Reach, of a star of flux 1. With
+  /// Reach::is_brightness the bound is divided by the area of the star's pixel. `rays` has a ball
+  /// for each class of the reach.
   NearTile(const Camera& camera, const GalaxyIndex& index, const StarFields& fields,
            std::size_t number, const PlacedGalaxy& placed, double light,
            const StarPainter::Tile& tile, const StarPainter::Reach& reach,

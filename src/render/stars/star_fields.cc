@@ -206,7 +206,7 @@ void StarFields::set_limit(const Scene& scene, const Camera& camera, double star
     for (const Column& column : columns) most = std::max(most, stars_above(column, population, q));
     return most;
   };
-  // Bisection in ln q, between limits above which all stars count and no star counts.
+  // Bisection in ln q, between a limit that all stars exceed and a limit that no star exceeds.
   double low = std::log(population.at(0).low / (farthest * farthest));
   double high = std::log(population.at(population.size() - 1).high / (nearest * nearest));
   if (expected(std::exp(low)) <= stars_per_pixel) {

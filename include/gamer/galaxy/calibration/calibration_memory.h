@@ -12,10 +12,10 @@
 
 namespace gamer {
 
-/// A memory of measured parts of galaxies (GalaxyStatistics::name()), so that equal components
-/// are measured once. It holds a limited number of bytes and forgets what was not used for
-/// longest. Parts lie together in large blocks, apart from what renders need for a moment, and are
-/// freed together. Several threads may use it.
+/// A memory of measured parts of galaxies (GalaxyStatistics::name()), so that equal components are
+/// measured once. It holds a limited number of bytes, and forgets the parts that were unused for
+/// longest. Parts lie in large blocks of their own, which are freed together. Several threads may
+/// use it.
 class CalibrationMemory {
  public:
   static constexpr std::size_t usual_bytes = std::size_t{64} << 20;
@@ -24,8 +24,8 @@ class CalibrationMemory {
   /// Whether the memory holds the part of this name. Its numbers then fill the beginning of
   /// `numbers`, and zeros the rest.
   bool recall(const std::string& name, std::span<double> numbers);
-  /// Keeps the numbers of a part; zeros at their end take no room. `is_measured` is false where the
-  /// numbers were known, as those of a cache. The part then does not count in measured().
+  /// Keeps the numbers of a part; zeros at their end take no room. `is_measured` is false for
+  /// numbers that were not measured now, such as those of a cache. They do not count in measured().
   void keep(const std::string& name, std::span<const double> numbers, bool is_measured = true);
 
   /// Number of recalled parts, and number of parts kept after a measurement.
@@ -47,8 +47,8 @@ class CalibrationMemory {
   mutable std::mutex mutex_;
   std::size_t most_bytes_;
   std::size_t recalled_ = 0, measured_ = 0;
-  /// `recent_` holds the parts used since it was last full. The parts that filled it are then in
-  /// `older_`, which is forgotten when `recent_` is full again.
+  /// `recent_` holds the parts used since it was last emptied. When it is full it becomes `older_`,
+  /// and the former `older_` is forgotten.
   std::unique_ptr<Generation> recent_ = std::make_unique<Generation>();
   std::unique_ptr<Generation> older_ = std::make_unique<Generation>();
   std::size_t recent_bytes_ = 0;

@@ -39,7 +39,7 @@ struct LayerShape {
 /// where f(m) is that of RadialLaw, exp(-r/rh) by default, and Delta in [0, pi] is the angle to the
 /// nearest arm centre theta(r) + offset_i + delta. The lift l(r, phi) is that of LayerWarp. Arms
 /// with courses of their own have the factor F of ArmCourses instead of the last factor. [GAMER
-/// Eqs. 11, 13, without hole, lift and taper]
+/// Eqs. 11, 13, which have no hole, lift and taper]
 class Layer : public Component {
  public:
   /// Smallest scale height, limited by single precision of places along oblique rays. Columns at

@@ -82,8 +82,8 @@ class RadialLaw {
   double norm_;  ///< ln(1 + e^(-s b))/s
   double cosine_, sine_;
   double peak_ = 1;
-  /// The integral of m f up to equal steps of m, over that to end(). Equal laws share it; null for
-  /// an exponential.
+  /// The integral of m f up to equal steps of m, divided by the integral up to end(). Equal laws
+  /// share it; null for an exponential.
   std::shared_ptr<const std::vector<double>> inside_;
 };
 
