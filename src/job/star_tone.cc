@@ -98,7 +98,7 @@ std::vector<SampledRow> choose_sample(const RenderJob& job) {
   for (const glm::dvec2& centre : centres) {
     const int y = static_cast<int>(std::lround(centre.y));
     const int i = part_of(y, static_cast<int>(sample.size()), height);
-    // Of two centres in one part of the rows the first is that of the larger galaxy.
+    // Where a part of the rows holds two centres, the row of the larger galaxy stays.
     if (has_moved[i]) continue;
     has_moved[i] = true;
     sample[i].y = y;
