@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
-#include <utility>
 #include <vector>
 
 #include "gamer/job/journal.h"
@@ -15,9 +13,11 @@ namespace {
 
 // The sampled pixels are runs of neighbours in some rows. The tone takes the noise from differences
 // of neighbours.
-constexpr int most_rows = 96, most_runs = 24, run_length = 4, most_centres = 16;
-/// Share of an image's pixels that may be brighter than its white, as in automatic_tone().
-constexpr double white_share = 1e-4;
+constexpr int most_rows = 96, most_runs = 24, run_length = 4, most_galaxies = 16;
+/// Distance from a galaxy's centre at which its light is taken as white, in bounding radii. Within
+/// twice this distance are 1e-4 of a round galaxy's pixels, the share that automatic_tone() lets be
+/// brighter than white. The middle of an edge-on galaxy is narrower.
+constexpr double white_distance = 0.005;
 
 /// A row of the window and runs of its columns, which ascend and do not overlap.
 struct SampledRow {
@@ -63,46 +63,47 @@ void move_run(std::vector<RowRange>& runs, int first, int width) {
   runs[i] = {moved, moved + run_length};
 }
 
-/// The centres of the largest galaxies whose centre is in the window, in the window's pixels.
-std::vector<glm::dvec2> largest_centres(const RenderJob& job) {
+/// A galaxy in the window: its centre and its bounding radius, pixels.
+struct SeenGalaxy {
+  glm::dvec2 centre;
+  double radius;
+};
+
+/// The galaxies of the largest bounding radii whose centres are in the window.
+std::vector<SeenGalaxy> largest_galaxies(const RenderJob& job) {
   const ImageRegion& window = job.camera.window();
-  std::vector<std::pair<double, glm::dvec2>> found;
+  std::vector<SeenGalaxy> found;
   for (const PlacedGalaxy& galaxy : job.scene->galaxies) {
     const auto place = job.camera.pixel(galaxy.centre);
     if (!place) continue;
-    const glm::dvec2 pixel = *place - glm::dvec2(window.left, window.bottom);
-    if (!(pixel.x > -0.5 && pixel.x < window.width - 0.5 && pixel.y > -0.5 &&
-          pixel.y < window.height - 0.5)) {
-      continue;
+    const glm::dvec2 centre = *place - glm::dvec2(window.left, window.bottom);
+    if (centre.x > -0.5 && centre.x < window.width - 0.5 && centre.y > -0.5 &&
+        centre.y < window.height - 0.5) {
+      found.push_back({centre, galaxy.bounding_radius / job.camera.pixel_size(galaxy.centre)});
     }
-    found.emplace_back(galaxy.bounding_radius / job.camera.pixel_size(galaxy.centre), pixel);
   }
-  std::ranges::stable_sort(found, std::greater<>(), &std::pair<double, glm::dvec2>::first);
-  if (found.size() > most_centres) found.resize(most_centres);
-  std::vector<glm::dvec2> centres;
-  for (const auto& [size, pixel] : found) centres.push_back(pixel);
-  return centres;
+  std::ranges::stable_sort(found, std::greater<>(), &SeenGalaxy::radius);
+  if (found.size() > most_galaxies) found.resize(most_galaxies);
+  return found;
 }
 
 /// The rows and runs whose pixels give the tone. An even sample misses the nuclei of galaxies, and
-/// with them the white, so that some runs move there. In a picture of round galaxies the brightest
-/// pixels, in number `white_share` of all, are within a radius of the centres: a run begins there.
+/// with them the white, so that some runs move next to the centres of the largest galaxies.
 std::vector<SampledRow> choose_sample(const RenderJob& job) {
   const int width = job.camera.window().width, height = job.camera.window().height;
   std::vector<SampledRow> sample = even_sample(width, height);
-  const std::vector<glm::dvec2> centres = largest_centres(job);
-  const double radius =
-      std::sqrt(white_share * width * height /
-                (std::numbers::pi * static_cast<double>(std::max<std::size_t>(centres.size(), 1))));
   std::vector<bool> has_moved(sample.size());
-  for (const glm::dvec2& centre : centres) {
-    const int y = static_cast<int>(std::lround(centre.y));
+  for (const SeenGalaxy& galaxy : largest_galaxies(job)) {
+    const int distance = static_cast<int>(std::lround(white_distance * galaxy.radius));
+    const int x = static_cast<int>(std::lround(galaxy.centre.x));
+    const int y = static_cast<int>(std::lround(galaxy.centre.y));
     const int i = part_of(y, static_cast<int>(sample.size()), height);
-    // Where a part of the rows holds two centres, the row of the larger galaxy stays.
-    if (has_moved[i]) continue;
+    SampledRow& row = sample[i];
+    // Of two centres in one part of the rows, that of the larger galaxy decides the row.
+    if (!has_moved[i]) row.y = y;
     has_moved[i] = true;
-    sample[i].y = y;
-    move_run(sample[i].columns, static_cast<int>(std::lround(centre.x + radius)), width);
+    const bool is_at_end = x + distance + run_length > width;
+    move_run(row.columns, is_at_end ? x - distance - run_length + 1 : x + distance, width);
   }
   return sample;
 }
@@ -131,9 +132,9 @@ void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {
   const Renderer renderer(parameters, job.camera, job.scene, job.spectrum);
   const std::vector<SampledRow> rows = choose_sample(job);
   const auto row_count = static_cast<int>(rows.size());
-  const int columns = count_rows(rows.front().columns);
+  const int column_count = count_rows(rows.front().columns);
   const auto width = static_cast<std::size_t>(renderer.width());
-  const auto count = static_cast<std::size_t>(columns);
+  const auto count = static_cast<std::size_t>(column_count);
   const auto planes = static_cast<std::size_t>(renderer.planes());
   const std::vector<double> values = ranks.compute_together(
       even_blocks(row_count, 1), planes * count, threads,
@@ -150,7 +151,7 @@ void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {
           }
         }
       });
-  Image sample(columns, row_count, renderer.planes());
+  Image sample(column_count, row_count, renderer.planes());
   for (int row = 0; row < row_count; ++row) {
     for (std::size_t plane = 0; plane < planes; ++plane) {
       const std::size_t first = (static_cast<std::size_t>(row) * planes + plane) * count;

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
 
 #include "completed.h"
 #include "gamer/job/schedule.h"
@@ -13,7 +14,8 @@ namespace gamer {
 namespace {
 
 const char* const bulge_with_stars =
-    "[[component]]\nclass = \"bulge\"\nsed = \"flat\"\neffective_radius = 0.1\nfraction = 0.9\n"
+    "[[component]]\nclass = \"sersic\"\nsed = \"flat\"\nindex = 2\neffective_radius = 0.1\naxis = "
+    "[1, 1, 0.3]\nfraction = 0.9\n"
     "[[component]]\nclass = \"starfield\"\nsed = \"flat\"\nz0 = 0.05\n"
     "fraction = 0.1\nnumber = 30000\n";
 
@@ -24,12 +26,12 @@ RenderJob job_of(const std::string& size, const std::string& rows) {
       "up = [0, 1, 0]\nwidth = 2.5\n[spectrum]\nwavelengths = [5500]\n[sampling]\n"
       "tolerance = 1e-2\n";
   return test::completed({{"render.par", "render.par", parameters},
-                          {"scene.lst", "scene.lst", "galaxy x y z size\n" + rows},
+                          {"scene.lst", "scene.lst", "galaxy x y z size inclination pa\n" + rows},
                           {"galaxies/mine", "mine.toml", bulge_with_stars}});
 }
 
-/// Share of the pixels that would be brighter than white if all stars were smooth light.
-double white_share(const RenderJob& job) {
+/// Share of the pixels with light that would be brighter than white if all stars were smooth light.
+double share_above_white(const RenderJob& job) {
   RenderParameters parameters = job.parameters;
   parameters.sampling.stars_per_pixel = 0;
   ThreadExecutor executor(1);
@@ -37,21 +39,32 @@ double white_share(const RenderJob& job) {
       render_image(Renderer(parameters, job.camera, job.scene, job.spectrum), executor);
   const PictureTone tone = PictureTone::of_numbers(job.parameters.stars.tone.value());
   const double white = tone.black[0] + picture_white(tone, 1, {}).at(0);
-  int count = 0;
+  int count = 0, lit = 0;
   for (int y = 0; y < image.height(); ++y) {
-    for (int x = 0; x < image.width(); ++x) count += image.at(x, y, 0) > white;
+    for (int x = 0; x < image.width(); ++x) {
+      count += image.at(x, y, 0) > white;
+      lit += image.at(x, y, 0) > 0;
+    }
   }
-  return count / (double(image.width()) * image.height());
+  return count / double(lit);
 }
 
 TEST(StarTone, NucleiAreWhiteWhereverTheyLie) {
-  for (const auto& [size, rows] :
-       {std::pair("[480, 480]", "mine 0 0 0 1\n"),
-        std::pair("[480, 400]", "mine 0.3 -0.21 0 0.7\n"),
-        std::pair("[480, 480]", "mine -0.6 0.5 0 0.5\nmine 0.52 0.3 0 0.5\nmine 0 -0.5 0 0.5\n")}) {
-    const double share = white_share(job_of(size, rows));
-    EXPECT_GT(share, 0.5e-4) << size << rows;
-    EXPECT_LT(share, 1.5e-4) << size << rows;
+  const std::pair<std::string, std::string> views[] = {
+      {"[480, 480]", "mine 0 0 0 1 0 0\n"},
+      {"[480, 400]", "mine 0.3 -0.21 0 0.7 0 0\n"},
+      {"[480, 480]", "mine -0.6 0.5 0 0.5 0 0\nmine 0.52 0.3 0 0.5 0 0\nmine 0 -0.5 0 0.5 0 0\n"},
+      {"[480, 480]", "mine 0.1 0.35 0 0.3 0 0\n"},
+      {"[480, 480]", "mine 0 0 0 1 90 0\n"},
+      {"[480, 480]", "mine 0 0 0 1 90 90\n"},
+      {"[480, 480]", "mine -0.6 0 0 0.5 0 0\nmine 0.6 0.01 0 0.45 0 0\n"},
+      {"[480, 480]", "mine 1.24 0 0 1 0 0\n"},
+      {"[90, 480]", "mine 0 0 0 1 0 0\n"},
+  };
+  for (const auto& [size, rows] : views) {
+    const double share = share_above_white(job_of(size, rows));
+    EXPECT_GT(share, 0.5e-5) << size << rows;
+    EXPECT_LT(share, 2.5e-4) << size << rows;
   }
 }
 

@@ -27,6 +27,11 @@ constexpr double tier_ratio = 2;
 constexpr double seen_frequency = 2.2;
 constexpr double sharp_frequency = 1.0;
 
+// Nodes are denser by up to this factor where clumps of the last tier have radii above so many
+// footprints. Small clumps of a tier, in which fewer nodes lie, else have gaps in their images.
+constexpr double most_refinement = 2.5;
+constexpr double refined_footprints = 8;
+
 // Share of the ages over which clumps fade beyond the range of ages.
 constexpr double age_fade = 0.2;
 // Growth of a cavity's depth with the age, relative to its largest depth over the whole range.
@@ -327,6 +332,12 @@ double AssociationTexture::frequency() const {
   double finest = sharp_frequency / seen_frequency * double{tiers_.back().frequency};
   if (!octaves_.empty()) finest = std::max(finest, double{octaves_.back().frequency});
   return finest;
+}
+
+double AssociationTexture::refinement(double footprint) const {
+  const double radius = seen_frequency / double{tiers_.back().frequency};
+  if (!(footprint > 0)) return most_refinement;
+  return std::clamp(radius / (refined_footprints * footprint), 1.0, most_refinement);
 }
 
 void AssociationTexture::look(const Points& points, std::span<const float* const> footprints,

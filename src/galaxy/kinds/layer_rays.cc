@@ -258,11 +258,13 @@ bool Layer::narrow(const BallRay& ray, double limit, double radius, Path& path) 
 
 double Layer::texture_rate(const BallRay& ray, double speed) const {
   double frequency = texture_frequency();
-  if (texture() != nullptr && ray.footprint > 0) {
+  if (texture() == nullptr) return nodes_per_period * frequency * speed;
+  if (ray.footprint > 0) {
     const double seen = seen_cycles * texture()->sharpness() / footprint_scale();
     frequency = std::min(frequency, seen / ray.footprint);
   }
-  return nodes_per_period * frequency * speed;
+  const double finer = texture()->refinement(footprint_scale() * ray.footprint);
+  return nodes_per_period * finer * frequency * speed;
 }
 
 void Layer::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const {
