@@ -325,9 +325,7 @@ double pixel_scale(const FitsHeader& header, const std::string& label) {
                       std::sin(sky->dec * degree)};
   };
   // Vector product of the pixel's middle lines, half a pixel to every side.
-  constexpr double one_half = 0.5;
-  const auto left = at(-one_half, 0), right = at(one_half, 0), low = at(0, -one_half),
-             high = at(0, one_half);
+  const auto left = at(-0.5, 0), right = at(0.5, 0), low = at(0, -0.5), high = at(0, 0.5);
   const std::array a = {right[0] - left[0], right[1] - left[1], right[2] - left[2]};
   const std::array b = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
   const double area =
