@@ -7,7 +7,7 @@ import {text} from './scale.js';
 const bins = 160, mostPixels = 16384, beyondWhite = 4;
 
 /// Counts of light in bins of the scale that axis() spans, for each channel.
-export function countLight(sums, tone, gain, channels) {
+function countLight(sums, tone, gain, channels) {
   const axis = axisOf(tone), counts = [];
   const stride = Math.max(Math.floor(sums.length / 4 / mostPixels), 1);
   for (let c = 0; c < channels; ++c) {
@@ -22,7 +22,7 @@ export function countLight(sums, tone, gain, channels) {
 }
 
 /// The histogram's axis: asinh of the tone's own slope, up to a few times its white.
-export function axisOf(tone) {
+function axisOf(tone) {
   const most = beyondWhite * tone.white, slope = Math.max(tone.slope, 1e-3 / Math.max(most, 1e-300));
   const end = Math.asinh(slope * most);
   return {most, place: (light) => Math.min(Math.max(Math.asinh(slope * light) / end, 0), 1),

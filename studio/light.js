@@ -7,7 +7,7 @@ export function sharing(components) {
 }
 
 /// Whether the shares must sum to 1: no component of light has an intensity instead, given or not.
-export function mustSum(components) {
+function mustSum(components) {
   return !components.some(({values}) =>
       values.active !== false && 'fraction' in values && typeof values.fraction !== 'number');
 }

@@ -11,8 +11,6 @@ const whiteQuantile = 0.9999;
 const referenceLight = 0.8;
 const referenceLevel = 0.28;
 
-export const modes = ['lupton', 'asinh', 'log', 'linear'];
-
 /// Weight of each plane in red, green and blue. Planes are sorted by wavelength, the longest is
 /// red; one plane is grey. `wavelengths` may hold nulls: such planes count as sorted.
 export function channelWeights(wavelengths) {
@@ -70,7 +68,7 @@ export function lightOf(mode, brightness, slope, white) {
 }
 
 /// The light of three channels after sky, balance, exposure, the black handle and saturation.
-export function balanced(tone, look, rgb) {
+function balanced(tone, look, rgb) {
   const gain = 2 ** look.exposure;
   const light = rgb.map((value, c) =>
       Math.max(Math.max(value - tone.black[c], 0) * tone.factor[c] * gain - look.black, 0));

@@ -3,7 +3,7 @@
 
 const place = 'gstudio';
 
-export function newLook() {
+function newLook() {
   return {mode: 'lupton', slope: 1, white: 1, black: 0, exposure: 0, gamma: 1, saturation: 1, psf: 0, noise: 0,
           pixels: false, auto: true};
 }

@@ -241,12 +241,6 @@ void Galaxy::add_integrals(const Galaxy* twin) {
   }
 }
 
-const Component* Galaxy::find(const std::string& name) const {
-  const auto found =
-      std::ranges::find_if(components_, [&](const auto& c) { return c->name() == name; });
-  return found != components_.end() ? found->get() : nullptr;
-}
-
 void Galaxy::check_densities() const {
   for (const auto& component : components_) {
     if (std::isfinite(static_cast<float>(component->amplitude()))) continue;

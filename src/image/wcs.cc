@@ -305,9 +305,8 @@ class Converter {
 
   Jacobian jacobian(const PixelPosition& at) {
     constexpr int end_count = 4;
-    constexpr double one_half = 0.5;
     const std::array<double, sky_axis_count* end_count> from = {
-        at.x - one_half, at.y, at.x + one_half, at.y, at.x, at.y - one_half, at.x, at.y + one_half};
+        at.x - 0.5, at.y, at.x + 0.5, at.y, at.x, at.y - 0.5, at.x, at.y + 0.5};
     std::array<double, sky_axis_count * end_count> to;
     to.fill(no_value);
     linp2x(&wcs_->lin, end_count, sky_axis_count, from.data(), to.data());

@@ -51,9 +51,8 @@ int run_convolve(const OperationCall& call) {
     return 0;
   }
   change_planes(call, [&](const PlaneTask& task) {
-    constexpr double one_half = 0.5;
-    const PixelPosition middle = {one_half * (task.plane->width() + 1),
-                                  one_half * (task.plane->height() + 1)};
+    const PixelPosition middle = {0.5 * (task.plane->width() + 1),
+                                  0.5 * (task.plane->height() + 1)};
     const StampSource stamp =
         file.source(options, task.index, task.count, call.inputs.front(), middle);
     return convolved(task.plane, stamp.width, stamp.height, stamp.make, convolution);

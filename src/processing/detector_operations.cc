@@ -261,11 +261,6 @@ PlanePtr NoiseOperation::change(const PlaneTask& task) {
                       : observed(task.plane, noise.detector, key);
 }
 
-/// Key of a plane's card: KEY or KEYn.
-std::string plane_key(const std::string& key, int plane, int planes) {
-  return planes == 1 ? key : fmt::format("{}{}", key, plane + 1);
-}
-
 /// Sets one card where the planes agree, else one per plane.
 void set_common(FitsHeader& header, const std::string& key, const std::vector<double>& values,
                 const std::string& comment) {
@@ -277,7 +272,7 @@ void set_common(FitsHeader& header, const std::string& key, const std::vector<do
   }
   header.remove(key);
   for (int i = 0; i < planes; ++i) {
-    header.set({plane_key(key, i, planes), values[static_cast<std::size_t>(i)], comment});
+    header.set({fmt::format("{}{}", key, i + 1), values[static_cast<std::size_t>(i)], comment});
   }
 }
 

@@ -266,9 +266,8 @@ PixelMap pad_map(const Margins& margins) {
 
 Area box_about(const PixelPosition& middle, int width, int height) {
   // Pixel 1 has its centre at 1.
-  constexpr double one_half = 0.5;
   const auto first = [](double at, int length) {
-    return static_cast<int>(std::floor(at - one_half * (length + 1) + one_half));
+    return static_cast<int>(std::floor(at - 0.5 * (length + 1) + 0.5));
   };
   return {first(middle.x, width), first(middle.y, height), width, height};
 }

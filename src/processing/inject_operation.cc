@@ -208,9 +208,7 @@ void InjectOperation::check_sides(const PlaneTask& science, const PlaneTask& lig
   const auto large = optional_wcs(science.header, science.label);
   const auto small = optional_wcs(light.header, light.label);
   if (!large || !small) return;
-  constexpr double one_half = 0.5;
-  const PixelPosition own = {one_half * (light.plane->width() + 1),
-                             one_half * (light.plane->height() + 1)};
+  const PixelPosition own = {0.5 * (light.plane->width() + 1), 0.5 * (light.plane->height() + 1)};
   const double difference = grid_difference(*large, middle, *small, own);
   if (difference <= most_side_error) return;
   fail(
@@ -265,9 +263,8 @@ LightPlace InjectOperation::place(const PlaneTask& science, const PlaneTask& lig
   const int width = light.plane->width(), height = light.plane->height();
   LightPlace place{box_about(middle, width, height)};
   if (call_.parameters.boolean("subpixel")) {
-    constexpr double one_half = 0.5;
-    place.x = middle.x - (place.box.x + one_half * (width + 1));
-    place.y = middle.y - (place.box.y + one_half * (height + 1));
+    place.x = middle.x - (place.box.x + 0.5 * (width + 1));
+    place.y = middle.y - (place.box.y + 0.5 * (height + 1));
   }
   return place;
 }
@@ -280,11 +277,9 @@ PlacedLight InjectOperation::blurred(const PlaneTask& science, const PlaneTask& 
   PlaneTask task = science;
   task.info.wavelength = light.info.wavelength;
   task.info.label = light.info.label;
-  constexpr double one_half = 0.5;
   StampSource stamp;
   if (psf_file_) {
-    const PixelPosition middle = {box.x + one_half * (box.width + 1),
-                                  box.y + one_half * (box.height + 1)};
+    const PixelPosition middle = {box.x + 0.5 * (box.width + 1), box.y + 0.5 * (box.height + 1)};
     stamp = psf_file_->source(*psf_, science.index, science.count, science.label, middle);
   } else {
     const Psf psf = psf_->psf(task);

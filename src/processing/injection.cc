@@ -43,13 +43,13 @@ std::optional<CardValue> unit_zero_point(const FitsHeader& header) {
 
 /// Side vectors of a pixel, arcsec towards East and North: of x, then of y.
 std::optional<std::array<double, 4>> sides(const CelestialWcs& wcs, const PixelPosition& at) {
-  constexpr double one_half = 0.5, full_circle = 360;
+  constexpr double full_circle = 360;
   std::array<double, 4> result{};
   for (const int axis : {0, 1}) {
-    const double dx = axis == 0 ? one_half : 0, dy = one_half - dx;
+    const double dx = axis == 0 ? 0.5 : 0, dy = 0.5 - dx;
     const auto low = wcs.sky({at.x - dx, at.y - dy}), high = wcs.sky({at.x + dx, at.y + dy});
     if (!low || !high) return std::nullopt;
-    const double middle = one_half * (low->dec + high->dec) * degree;
+    const double middle = 0.5 * (low->dec + high->dec) * degree;
     const auto first = static_cast<std::size_t>(2 * axis);
     result[first] =
         std::remainder(high->ra - low->ra, full_circle) * std::cos(middle) * degree / arcsecond;
@@ -139,8 +139,7 @@ std::optional<CardValue> gain_of(std::span<const FitsHeader> headers, int plane,
 
 std::optional<GridShift> grid_shift(const CelestialWcs& large, const CelestialWcs& small, int width,
                                     int height) {
-  constexpr double one_half = 0.5;
-  const PixelPosition middle = {one_half * (width + 1), one_half * (height + 1)};
+  const PixelPosition middle = {0.5 * (width + 1), 0.5 * (height + 1)};
   const std::array<PixelPosition, 5> places = {
       {middle,
        {1, 1},

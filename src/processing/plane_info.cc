@@ -11,6 +11,7 @@
 
 #include "core/message.h"
 #include "gamer/core/capitals.h"
+#include "gamer/core/near.h"
 #include "gamer/core/units.h"
 
 namespace gamer {
@@ -58,14 +59,6 @@ void spread_card(FitsHeader& header, std::string_view key, std::size_t planes) {
     if (!header.has(of_plane)) header.set({of_plane, common->value, common->comment});
   }
   header.remove(key);
-}
-
-char lower_letter(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
-
-std::string in_small_letters(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(), lower_letter);
-  return result;
 }
 
 struct UnitFactor {
@@ -164,7 +157,7 @@ std::optional<double> axis_wavelength(const FitsHeader& header, int plane) {
                                                                          {"pm", 1e-2},
                                                                          {"angstrom", 1},
                                                                          {"a", 1}}};
-  const std::string unit = in_small_letters(header.text("CUNIT3").value_or("m"));
+  const std::string unit = lower(header.text("CUNIT3").value_or("m"));
   const auto known =
       std::ranges::find_if(units, [&](const auto& entry) { return entry.first == unit; });
   if (known == units.end()) return std::nullopt;
@@ -252,7 +245,7 @@ bool is_brightness(const std::string& unit) {
   };
   const std::vector<UnitFactor> factors = UnitParser(unit).factors();
   return std::ranges::any_of(factors, [&](const UnitFactor& factor) {
-    const std::string name = in_small_letters(factor.name);
+    const std::string name = lower(factor.name);
     return (is_in(angles, name) && factor.power <= -2) ||
            (is_in(areas, name) && factor.power <= -1) ||
            (is_in(temperatures, factor.name) && factor.power > 0);
@@ -262,7 +255,7 @@ bool is_brightness(const std::string& unit) {
 bool is_magnitude(const std::string& unit) {
   const std::vector<UnitFactor> factors = UnitParser(unit).factors();
   return std::ranges::any_of(factors, [](const UnitFactor& factor) {
-    const std::string name = in_small_letters(factor.name);
+    const std::string name = lower(factor.name);
     return factor.power > 0 && (name.ends_with("mag") || name.starts_with("mag_"));
   });
 }
@@ -325,9 +318,7 @@ double pixel_scale(const FitsHeader& header, const std::string& label) {
                       std::sin(sky->dec * degree)};
   };
   // Vector product of the pixel's middle lines, half a pixel to every side.
-  constexpr double one_half = 0.5;
-  const auto left = at(-one_half, 0), right = at(one_half, 0), low = at(0, -one_half),
-             high = at(0, one_half);
+  const auto left = at(-0.5, 0), right = at(0.5, 0), low = at(0, -0.5), high = at(0, 0.5);
   const std::array a = {right[0] - left[0], right[1] - left[1], right[2] - left[2]};
   const std::array b = {high[0] - low[0], high[1] - low[1], high[2] - low[2]};
   const double area =

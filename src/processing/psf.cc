@@ -65,8 +65,7 @@ class PixelIntegral {
 
   /// The integral over the pixel whose centre is (x, y).
   double operator()(double x, double y) const {
-    constexpr double one_half = 0.5;
-    return rules_.size() == 1 ? sum(rules_.front(), x, y, one_half) : adaptive(x, y, one_half, 0);
+    return rules_.size() == 1 ? sum(rules_.front(), x, y, 0.5) : adaptive(x, y, 0.5, 0);
   }
 
  private:

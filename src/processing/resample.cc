@@ -45,9 +45,8 @@ class SumKernel {
   static constexpr double spline_radius = 1.5;
 
   static double quadratic_spline(double d) {
-    constexpr double one_half = 0.5, three_quarters = 0.75;
-    if (d < one_half) return three_quarters - d * d;
-    return d < spline_radius ? one_half * (spline_radius - d) * (spline_radius - d) : 0;
+    if (d < 0.5) return 0.75 - d * d;
+    return d < spline_radius ? 0.5 * (spline_radius - d) * (spline_radius - d) : 0;
   }
 
   Kernel kernel_;
@@ -105,8 +104,7 @@ class AxisWeights {
 
  private:
   void append_nearest(double low, double high) {
-    constexpr double one_half = 0.5;
-    firsts_.push_back(std::min(static_cast<int>(one_half * (low + high)), input_ - 1));
+    firsts_.push_back(std::min(static_cast<int>(0.5 * (low + high)), input_ - 1));
     weights_.push_back(high - low);
     sums_.push_back(high - low);
   }
@@ -301,10 +299,9 @@ ResampleGrid grid_of_factor(int width, int height, double factor) {
     if (pixels > std::numeric_limits<int>::max()) throw std::invalid_argument("too large a factor");
     return static_cast<int>(pixels);
   };
-  constexpr double one_half = 0.5;
   ResampleGrid grid = {whole(width), whole(height), 1 / factor, 1 / factor, 0, 0};
-  grid.first_x = one_half * (width - grid.width * grid.step_x);
-  grid.first_y = one_half * (height - grid.height * grid.step_y);
+  grid.first_x = 0.5 * (width - grid.width * grid.step_x);
+  grid.first_y = 0.5 * (height - grid.height * grid.step_y);
   return grid;
 }
 

@@ -94,10 +94,9 @@ class RotatedPlane final : public BlockedPlane {
   };
   /// Place in the source of an output pixel's centre; both are counted from 0.
   Point source_place(double x, double y) const {
-    constexpr double one_half = 0.5;
-    const double dx = x - one_half * (width() - 1), dy = y - one_half * (height() - 1);
-    return {turn_.cosine * dx + turn_.sine * dy + one_half * (source_->width() - 1),
-            turn_.cosine * dy - turn_.sine * dx + one_half * (source_->height() - 1)};
+    const double dx = x - 0.5 * (width() - 1), dy = y - 0.5 * (height() - 1);
+    return {turn_.cosine * dx + turn_.sine * dy + 0.5 * (source_->width() - 1),
+            turn_.cosine * dy - turn_.sine * dx + 0.5 * (source_->height() - 1)};
   }
 
   /// Source pixels with a weight in the block's pixels; some may be outside the source.
@@ -172,10 +171,9 @@ class RotatedPlane final : public BlockedPlane {
 
   void take_nearest(const Area& block, double* out, std::ptrdiff_t stride,
                     const std::vector<double>& values, const Area& from) const {
-    constexpr double one_half = 0.5;
     for_each_place(block, [&](int j, int i, const Point& place) {
-      const int x = whole_part(place.x + one_half) - from.x;
-      const int y = whole_part(place.y + one_half) - from.y;
+      const int x = whole_part(place.x + 0.5) - from.x;
+      const int y = whole_part(place.y + 0.5) - from.y;
       out[j * stride + i] = values[static_cast<std::size_t>(y) * from.width + x];
     });
   }
@@ -257,10 +255,9 @@ PixelMap rotation_map(int width, int height, const Rotation& rotation) {
   const PlaneSize size = rotated_size(width, height, rotation);
   const Turn turn(rotation.angle);
   PixelMap map = {turn.cosine, -turn.sine, turn.sine, turn.cosine, 0, 0};
-  constexpr double one_half = 0.5;
-  const PixelPosition middle = map({one_half * (width + 1), one_half * (height + 1)});
-  map.x0 = one_half * (size.width + 1) - middle.x;
-  map.y0 = one_half * (size.height + 1) - middle.y;
+  const PixelPosition middle = map({0.5 * (width + 1), 0.5 * (height + 1)});
+  map.x0 = 0.5 * (size.width + 1) - middle.x;
+  map.y0 = 0.5 * (size.height + 1) - middle.y;
   return map;
 }
 

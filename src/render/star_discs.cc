@@ -203,9 +203,8 @@ double least_area(const Camera& camera, const StarPainter::Tile& tile, double ma
 std::vector<double> Renderer::times_white(const glm::dvec2& pixel, std::span<const double> flux,
                                           double area_scale) const {
   if (white_.empty()) return {};
-  const glm::ivec2 own_pixel = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
-                                                 static_cast<int>(std::round(pixel.y)));
-  const double area = camera_.solid_angle(own_pixel.x, own_pixel.y);
+  const glm::ivec2 own = camera_.pixel_at(pixel);
+  const double area = camera_.solid_angle(own.x, own.y);
   if (!(area > 0)) return {};
   std::vector<double> times;
   for (std::size_t p = 0; p < flux.size(); ++p) {
@@ -224,8 +223,7 @@ void Renderer::share_out(const glm::dvec2& pixel, std::span<const double> flux, 
   }
   std::vector<double> shares(flux.size(), 1.0);
   if (!star_settings_.antialiased) {
-    const glm::ivec2 place = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
-                                               static_cast<int>(std::round(pixel.y)));
+    const glm::ivec2 place = camera_.pixel_at(pixel);
     take(place.x, place.y, shares);
     return;
   }
@@ -389,9 +387,7 @@ void Renderer::visit_field_stars(
     const StarPainter::Tile tile{left, std::min(left + star_tile, window.right()), lines.first,
                                  lines.last};
     const auto take_own = [&](const StarPainter::Seen& star) {
-      const glm::ivec2 own =
-          camera_.neighbour(star.pixel, static_cast<int>(std::round(star.pixel.x)),
-                            static_cast<int>(std::round(star.pixel.y)));
+      const glm::ivec2 own = camera_.pixel_at(star.pixel);
       if (!(star.weight > 0) || own.x < tile.left || own.x >= tile.right || own.y < tile.bottom ||
           own.y >= tile.top) {
         return;

@@ -344,6 +344,10 @@ glm::ivec2 Camera::neighbour(const glm::dvec2& at, int x, int y) const {
   return sphere_ ? sphere_->neighbour(at, x, y) : glm::ivec2(x, y);
 }
 
+glm::ivec2 Camera::pixel_at(const glm::dvec2& at) const {
+  return neighbour(at, static_cast<int>(std::round(at.x)), static_cast<int>(std::round(at.y)));
+}
+
 glm::dvec3 Camera::up_at(const glm::dvec3& point) const {
   if (!wcs_) return up_;
   const double across = std::hypot(point.x, point.y);

@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <memory>
 #include <utility>
 
@@ -19,10 +18,7 @@ namespace {
 
 constexpr std::size_t piece_bytes = std::size_t{1} << 20;  // given to Expat at a time
 
-bool equal_in_any_case(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-  return std::ranges::equal(a, b, {}, lower, lower);
-}
+bool equal_in_any_case(std::string_view a, std::string_view b) { return lower(a) == lower(b); }
 
 /// The name of an element without its namespace.
 std::string_view local_name(const char* name) {

@@ -38,8 +38,6 @@ class Galaxy {
                                       const GalaxySettings& settings, Resources& resources);
   static ParameterTable table();  ///< of [galaxy]
 
-  /// The active component of this name, or null.
-  const Component* find(const std::string& name) const;
   const std::string& name() const { return name_; }
   const std::string& description() const { return description_; }
   const std::vector<double>& axis() const { return axis_; }

@@ -82,6 +82,8 @@ class Camera {
   /// The pixel that stands for (x, y), which lies a few pixels from the place `at`. Where a seam of
   /// a view of the sphere lies between, it is the pixel that joins there; otherwise it is (x, y).
   glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const;
+  /// The pixel that holds the place `at`, which may lie beyond a seam.
+  glm::ivec2 pixel_at(const glm::dvec2& at) const;
   /// Whether neighbour(at, x, y) differs from (x, y) somewhere within `reach` pixels of `at`.
   bool is_near_seam(const glm::dvec2& at, double reach) const {
     return sphere_ && sphere_->is_near_seam(at, reach);

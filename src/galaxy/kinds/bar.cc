@@ -103,9 +103,6 @@ HWY_EXPORT(BarEnvelope);
 
 namespace {
 
-// Range of equally spaced nodes around a place, in lengths over which the density changes there.
-constexpr double layer_width = 1.5;
-
 // Number of nodes per width w of the cut.
 constexpr double nodes_per_cut = 0.7;
 
@@ -119,10 +116,6 @@ constexpr double gaussian_reach = 6.5;
 
 // Widths w beyond which the cut leaves nothing.
 constexpr double cut_reach = 40;
-
-// Lengths over which columns change, in e-folds, and the height at which they are negligible.
-constexpr double column_lengths = 2;
-constexpr double seen_heights = 5;
 
 // The distance in the plane, in e-folds of the cut and in b, beyond which columns are negligible.
 constexpr double seen_cuts = 12;

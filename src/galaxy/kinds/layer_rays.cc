@@ -14,9 +14,6 @@
 namespace gamer {
 namespace {
 
-// Range of equally spaced nodes around the layer's brightest place, in scale heights or lengths.
-constexpr double layer_width = 1.5;
-
 // Density of nodes around the ray's closest approach to the axis, and the least distance used, in
 // scale lengths or radii of the hole.
 constexpr double nodes_per_arm_width = 1.2;
@@ -31,12 +28,10 @@ constexpr double nodes_per_period = 2;
 // octave are resolved. Finer octaves are faint, and doubled nodes find them.
 constexpr double seen_cycles = fade_begin + 4 * (fade_end - fade_begin) / 15;
 
-// Scale lengths (e^-9) and heights (sech^2 of 5) beyond which the layer's column is negligible.
+// Scale lengths (e^-9) beyond which the layer's column is negligible.
 constexpr double seen_lengths = 9;
-constexpr double seen_heights = 5;
 
-// Lengths over which columns change, in scale lengths or heights, and in periods of a texture.
-constexpr double column_lengths = 2;
+// Length over which a texture's columns change, in its periods.
 constexpr double texture_periods = 0.35;
 
 // Size of the cusp of exp(-r/rh) at the axis, in scale lengths. Length over which the profile of
@@ -122,6 +117,16 @@ double Layer::texture_scale(double r) const {
   return std::min(texture, std::max(period, finest_arm));
 }
 
+double Layer::crossing_scale(double cosine, double closest) const {
+  const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
+  const double shortest = minor_length();
+  const double scale =
+      column_lengths * std::min(shortest, length(shortest * cosine, shape_.z0 * sine));
+  if (!(shape_.inner > 0 && closest < 2 * shape_.inner)) return scale;
+  return std::min(scale,
+                  length(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
+}
+
 ColumnScale Layer::column_scale(const double nearest[3], const double direction[3],
                                 double reach) const {
   if (is_warped()) return warped_column_scale(nearest, direction, reach);
@@ -132,16 +137,9 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   const double half_chord = std::sqrt(std::max(1 - distance * distance, 0.0));
   const double height = std::max(std::abs(nearest[2]) - half_chord * std::abs(direction[2]), 0.0);
   if (height - reach > seen_heights * shape_.z0 * largest_flare) return {};
-  const double cosine = std::abs(direction[2]);
-  const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
-  const double shortest = law_.length() * shape_.radial.axis_ratio;
-  double scale = column_lengths * std::min(shortest, length(shortest * cosine, shape_.z0 * sine));
-  if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
-    scale = std::min(scale,
-                     length(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
-  }
+  double scale = crossing_scale(std::abs(direction[2]), distance - reach);
   const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
-  if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * shortest));
+  if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * minor_length()));
   return {.envelope = scale,
           .texture = texture_scale(r),
           .brightness = std::min(brightness(nearest, direction, reach), 1.0)};
@@ -178,16 +176,9 @@ ColumnScale Layer::warped_column_scale(const double nearest[3], const double dir
     brightness = std::max(brightness, law_.bound(low, high) / (law_.peak() * cosh * cosh));
   }
   if (brightness < std::exp(-2 * seen_heights)) return {};
-  const double shortest = law_.length() * shape_.radial.axis_ratio;
   double scale = HUGE_VAL, nearest_axis = HUGE_VAL;
   const auto add = [&](double cosine, double r) {
-    const double sine = std::sqrt(std::max(1 - cosine * cosine, 0.0));
-    scale = std::min(
-        scale, column_lengths * std::min(shortest, length(shortest * cosine, shape_.z0 * sine)));
-    if (shape_.inner > 0 && distance - reach < 2 * shape_.inner) {
-      scale = std::min(
-          scale, length(rim_width * shape_.inner * cosine, column_lengths * shape_.z0 * sine));
-    }
+    scale = std::min(scale, crossing_scale(cosine, distance - reach));
     nearest_axis = std::min(nearest_axis, std::max(r - reach, 0.0));
   };
   const double from_axis = std::abs(nearest[0] * direction[1] - nearest[1] * direction[0]) /
@@ -202,7 +193,7 @@ ColumnScale Layer::warped_column_scale(const double nearest[3], const double dir
   }
   if (nearest_axis == HUGE_VAL) add(0, from_axis);
   const double r = nearest_axis;
-  if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * shortest));
+  if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * minor_length()));
   return {.envelope = scale, .texture = texture_scale(r), .brightness = std::min(brightness, 1.0)};
 }
 

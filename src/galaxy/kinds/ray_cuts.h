@@ -9,6 +9,14 @@ namespace gamer {
 /// Smallest divisor.
 inline constexpr double least_divisor = std::numeric_limits<double>::min();
 
+// Range of equally spaced nodes around a place, in lengths over which the density changes there.
+inline constexpr double layer_width = 1.5;
+
+// Lengths over which columns change, in e-folds. Scale heights (sech^2 of 5) beyond which columns
+// are negligible.
+inline constexpr double column_lengths = 2;
+inline constexpr double seen_heights = 5;
+
 /// The length of a vector whose squares neither overflow nor vanish. std::hypot() allows for both
 /// and takes several times as long.
 inline double length(double x, double y, double z = 0) { return std::sqrt(x * x + y * y + z * z); }

@@ -81,7 +81,6 @@ class VeinTexture : public ScaledTexture {
               double thickness);
 
   const SpiralCoordinates& coordinates() const { return coordinates_; }
-  const VeinParameters& parameters() const { return parameters_; }
 
   void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
   std::vector<double> statistics() const override { return {scale(), rms(), frequency_}; }

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <climits>
 #include <cmath>
@@ -15,6 +14,7 @@
 
 #include "core/message.h"
 #include "core/text.h"
+#include "gamer/core/capitals.h"
 #include "image/fits/card_record.h"
 
 namespace gamer {
@@ -58,10 +58,7 @@ std::string_view name_of(std::string_view record) {
 }
 
 /// Whether CFITSIO, which ignores case, takes the name as GROUPS.
-bool is_groups(std::string_view name) {
-  constexpr std::string_view groups = "GROUPS";
-  return std::ranges::equal(name, groups, {}, [](unsigned char c) { return std::toupper(c); });
-}
+bool is_groups(std::string_view name) { return in_capitals(name) == "GROUPS"; }
 
 /// Whether a card's value is a string of printing ASCII.
 bool is_string(std::string_view record) {

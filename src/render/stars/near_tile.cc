@@ -81,8 +81,7 @@ NearTile::NearTile(const Camera& camera, const GalaxyIndex& index, const StarFie
 std::size_t NearTile::class_of(double q, const glm::dvec2& pixel) const {
   const std::size_t widest = reach_.of(most_light_ * q);
   if (widest == 0 || !reach_.is_brightness) return widest;
-  const glm::ivec2 own = camera_.neighbour(pixel, static_cast<int>(std::round(pixel.x)),
-                                           static_cast<int>(std::round(pixel.y)));
+  const glm::ivec2 own = camera_.pixel_at(pixel);
   const double area = camera_.solid_angle(own.x, own.y);
   return area > 0 ? reach_.of(light_ * q / area) : 0;
 }

@@ -102,6 +102,11 @@ class Layer : public Component {
   void add_warped_plane(const BallRay& ray, const Path& path, RayPlan& out) const;
   /// The scale of arms and noise on rays that pass the mid-plane at the radius r.
   double texture_scale(double r) const;
+  /// The scale length along the plane's minor axis, galaxy radii.
+  double minor_length() const { return law_.length() * shape_.radial.axis_ratio; }
+  /// The scale of the envelope on rays that pass the centre at `closest` or more; `cosine` is that
+  /// of their angle to the mid-plane's normal.
+  double crossing_scale(double cosine, double closest) const;
   /// column_scale() of a warped layer.
   ColumnScale warped_column_scale(const double nearest[3], const double direction[3],
                                   double reach) const;
