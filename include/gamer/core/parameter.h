@@ -126,7 +126,7 @@ class ParameterSet {
   /// Reads `node` (a table). Keys in `skip` are ignored here. `context` begins each message
   /// ("component 'arms': "). Throws InputError for a wrong type, a value not finite or outside its
   /// interval, a missing required key, or an unknown key. A message about an unknown or missing key
-  /// ends in `known_where`, such as "in [spectrum]"; near names follow an unknown key. Integers
+  /// names `known_where`, such as "in [spectrum]", then near names of an unknown key. Integers
   /// serve as numbers, but not numbers as integers. A parameter of type `noise` given as a table
   /// has no value here; the caller reads the table.
   static ParameterSet read(const ParameterTable& table, const ConfigNode& node,

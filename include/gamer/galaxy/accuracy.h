@@ -113,8 +113,9 @@ struct Accuracy {
   /// one.
   static constexpr double finest_tolerance = 3e-6;
 
-  /// The knobs for a tolerance. ray_error grows faster than the tolerance, since the error of few
-  /// nodes is a smaller share of the change that ray_error limits (bench/ray_error_bench).
+  /// The knobs for a tolerance. Above 1e-4 ray_error grows faster than the tolerance, up to a
+  /// limit: the error of few nodes is a smaller share of the change that ray_error limits
+  /// (bench/ray_error_bench).
   /// star_error is smaller, since errors of stars do not average out. first_step changes little,
   /// since the light of missed features grows with a high power of it. The error of the midpoint
   /// rule grows with the square of ray_size, and that of Gauss' rule with the fourth power of

@@ -73,7 +73,7 @@ struct VeinParameters {
 /// A ray of footprint w resolves octaves as in FractalNoise. Veins are widened at constant mean, by
 /// the variance w^2/12 of the footprint and by the variance of the hidden displacement. Hidden
 /// factors of mean 1 count as 1. The coherent part of the hidden dust is a log-normal factor, whose
-/// mean over the three dust variants is 1.
+/// weighted mean over the three dust variants is 1.
 class VeinTexture : public ScaledTexture {
  public:
   /// `thickness` is that of the layer, galaxy radii.
