@@ -87,8 +87,8 @@ std::vector<SeenGalaxy> largest_galaxies(const RenderJob& job) {
   return found;
 }
 
-/// The rows and runs whose pixels give the tone. An even sample misses the nuclei of galaxies, and
-/// with them the white, so that some runs move next to the centres of the largest galaxies.
+/// The rows and runs whose pixels give the tone. An even sample misses the nuclei of galaxies,
+/// which decide the white. Some runs therefore move next to the centres of the largest galaxies.
 std::vector<SampledRow> choose_sample(const RenderJob& job) {
   const int width = job.camera.window().width, height = job.camera.window().height;
   std::vector<SampledRow> sample = even_sample(width, height);
@@ -99,7 +99,7 @@ std::vector<SampledRow> choose_sample(const RenderJob& job) {
     const int y = static_cast<int>(std::lround(galaxy.centre.y));
     const int i = part_of(y, static_cast<int>(sample.size()), height);
     SampledRow& row = sample[i];
-    // Of two centres in one part of the rows, that of the larger galaxy decides the row.
+    // Where a part of the rows holds two centres, the larger galaxy decides the row.
     if (!has_moved[i]) row.y = y;
     has_moved[i] = true;
     const bool is_at_end = x + distance + run_length > width;
