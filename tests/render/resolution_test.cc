@@ -143,5 +143,38 @@ TEST(ZoomTest, ClumpsFadeIn) {
             0.08);
 }
 
+/// Small clumps in a thick disk.
+const char* const small_clumps =
+    "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nz0 = 0.1\nrh = 0.4\nnoise = false\n"
+    "fraction = 0.7\n"
+    "[[component]]\nclass = \"associations\"\nsed = \"flat\"\nz0 = 0.05\nrh = 0.4\nnumber = 6000\n"
+    "largest = 0.06\nsize_exponent = 3\nluminosity_range = 400\nluminosity_slope = 1.8\n"
+    "irregularity = 0.7\nfraction = 0.3\n";
+
+/// A part of it, 0.08 galaxy radii wide.
+Image zoom(const std::string& tolerance) {
+  return render_text({{{"clumps", small_clumps}},
+                      "galaxy x y z ox oy oz\nclumps -0.12 -0.33 0 0 0 1\n",
+                      view_from_z(160, 160, 0.08,
+                                  "[spectrum]\nwavelengths = [5500]\n[sampling]\ntolerance = " +
+                                      tolerance + "\n")});
+}
+
+// Nodes of some rays through a clump must not all miss it.
+TEST(ZoomTest, SmallClumpsHaveNoGaps) {
+  const Image image = zoom("1e-2"), exact = zoom("1e-5");
+  int gaps = 0;
+  double sum = 0;
+  for (int y = 0; y < image.height(); ++y) {
+    for (int x = 0; x < image.width(); ++x) {
+      const double error = image.at(x, y, 0) / exact.at(x, y, 0) - 1;
+      gaps += std::abs(error) > 0.1;
+      sum += error * error;
+    }
+  }
+  EXPECT_EQ(gaps, 0);
+  EXPECT_LT(std::sqrt(sum / (image.width() * image.height())), 2.5e-3);
+}
+
 }  // namespace
 }  // namespace gamer

@@ -30,7 +30,7 @@ constexpr double sharp_frequency = 1.0;
 // Nodes are denser by up to this factor where clumps of the last tier have radii above so many
 // footprints. Small clumps of a tier, in which fewer nodes lie, else have gaps in their images.
 constexpr double most_refinement = 2.5;
-constexpr double refined_footprints = 8;
+constexpr double refined_footprints = 4;
 
 // Share of the ages over which clumps fade beyond the range of ages.
 constexpr double age_fade = 0.2;
