@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <vector>
 
 #include "gamer/job/journal.h"
@@ -14,9 +15,10 @@ namespace {
 // The sampled pixels are runs of neighbours in some rows. The tone takes the noise from differences
 // of neighbours.
 constexpr int most_rows = 96, most_runs = 24, run_length = 4, most_galaxies = 16;
-/// Distance from a galaxy's centre at which its light is taken as white, in bounding radii. Within
-/// twice this distance are 1e-4 of a round galaxy's pixels, the share that automatic_tone() lets be
-/// brighter than white. The middle of an edge-on galaxy is narrower.
+/// Distance from a galaxy's centre at which its light is taken as white, in bounding radii. In
+/// zooms the unit is the radius of a circle of the window's area. Within twice this distance are
+/// 1e-4 of a round galaxy's pixels, the share that automatic_tone() lets be brighter than white.
+/// The middle of an edge-on galaxy is narrower.
 constexpr double white_distance = 0.005;
 
 /// A row of the window and runs of its columns, which ascend and do not overlap.
@@ -92,9 +94,11 @@ std::vector<SeenGalaxy> largest_galaxies(const RenderJob& job) {
 std::vector<SampledRow> choose_sample(const RenderJob& job) {
   const int width = job.camera.window().width, height = job.camera.window().height;
   std::vector<SampledRow> sample = even_sample(width, height);
+  const double window_radius = std::sqrt(double(width) * height / std::numbers::pi);
   std::vector<bool> has_moved(sample.size());
   for (const SeenGalaxy& galaxy : largest_galaxies(job)) {
-    const int distance = static_cast<int>(std::lround(white_distance * galaxy.radius));
+    const int distance =
+        static_cast<int>(std::lround(white_distance * std::min(galaxy.radius, window_radius)));
     const int x = static_cast<int>(std::lround(galaxy.centre.x));
     const int y = static_cast<int>(std::lround(galaxy.centre.y));
     const int i = part_of(y, static_cast<int>(sample.size()), height);

@@ -60,6 +60,7 @@ TEST(StarTone, NucleiAreWhiteWhereverTheyLie) {
       {"[480, 480]", "mine -0.6 0 0 0.5 0 0\nmine 0.6 0.01 0 0.45 0 0\n"},
       {"[480, 480]", "mine 1.24 0 0 1 0 0\n"},
       {"[90, 480]", "mine 0 0 0 1 0 0\n"},
+      {"[480, 480]", "mine 0.2 0.3 0 30 0 0\n"},
   };
   for (const auto& [size, rows] : views) {
     const double share = share_above_white(job_of(size, rows));
