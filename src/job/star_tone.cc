@@ -4,6 +4,7 @@
 #include <cmath>
 #include <functional>
 #include <numbers>
+#include <ranges>
 #include <vector>
 
 #include "gamer/job/journal.h"
@@ -95,17 +96,16 @@ std::vector<SampledRow> choose_sample(const RenderJob& job) {
   const int width = job.camera.window().width, height = job.camera.window().height;
   std::vector<SampledRow> sample = even_sample(width, height);
   const double window_radius = std::sqrt(double(width) * height / std::numbers::pi);
-  std::vector<bool> has_moved(sample.size());
-  for (const SeenGalaxy& galaxy : largest_galaxies(job)) {
+  // Where a part of the rows holds two centres, that of the larger galaxy, which comes last,
+  // decides.
+  for (const SeenGalaxy& galaxy : std::views::reverse(largest_galaxies(job))) {
     const int distance =
         static_cast<int>(std::lround(white_distance * std::min(galaxy.radius, window_radius)));
     const int x = static_cast<int>(std::lround(galaxy.centre.x));
     const int y = static_cast<int>(std::lround(galaxy.centre.y));
     const int i = part_of(y, static_cast<int>(sample.size()), height);
     SampledRow& row = sample[i];
-    // Where a part of the rows holds two centres, the larger galaxy decides the row.
-    if (!has_moved[i]) row.y = y;
-    has_moved[i] = true;
+    row.y = y;
     const bool is_at_end = x + distance + run_length > width;
     move_run(row.columns, is_at_end ? x - distance - run_length + 1 : x + distance, width);
   }
