@@ -48,7 +48,8 @@ ParameterTable light_parameters(bool has_own_spectrum) {
   return {
       has_own_spectrum
           ? Parameter::text("sed", std::nullopt,
-                            "name or file of the spectrum of all stars, instead of blackbodies")
+                            "name or file of the spectrum of all stars together, instead of their "
+                            "blackbodies' mean; with a key of temperatures stars differ in colour")
           : required(
                 Parameter::text("sed", std::nullopt, "name or file of its spectrum in `seds/`")),
       Parameter::number("intensity", "",

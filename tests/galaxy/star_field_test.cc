@@ -428,16 +428,34 @@ TEST(StarField, TablesOfLuminosities) {
             "file gives temperatures");
 }
 
-TEST(StarField, HasNoTemperatureBesidesItsSpectrum) {
-  EXPECT_NO_THROW(parse_galaxy(field_text("sed = \"flat\"")));
-  EXPECT_NO_THROW(parse_galaxy(field_text("temperature = 4000")));
-  for (const std::string key : {"temperature", "temperature_slope", "temperature_scatter"}) {
-    const std::string value = key == "temperature" ? "4000" : "0.1";
-    const std::string text =
-        error_text([&] { parse_galaxy(field_text("sed = \"flat\"\n" + key + " = " + value)); });
-    EXPECT_NE(text.find("component 'f': 'sed' and '" + key + "' exclude each other"),
-              std::string::npos)
-        << text;
+// With an SED and temperatures, stars have colours, and their mean is the SED.
+TEST(StarField, ColoursLieAboutTheSpectrum) {
+  const std::string keys =
+      "sed = \"powerlaw(-1)\"\nluminosity_low = 1\nluminosity_high = 1e4\n"
+      "luminosity_slope = 2.4\n";
+  const std::string temperatures =
+      "temperature = 8000\ntemperature_slope = 0.02\ntemperature_scatter = 0.16\n";
+  const auto even = parse_galaxy(field_text(keys + "noise = false"));
+  EXPECT_TRUE(field_of(*even).has_one_sed());
+  const auto galaxy = parse_galaxy(field_text(keys + temperatures + "noise = false"));
+  const StarField& field = field_of(*galaxy);
+  ASSERT_FALSE(field.has_one_sed());
+  const StellarPopulation& population = field.population();
+  std::vector<double> parts;
+  const double light = population.light([](double) { return 1.0; }, &parts);
+  const auto cold = field.spectrum(blackbody_sed(4000)), hot = field.spectrum(blackbody_sed(16000));
+  for (const double wavelength : {1500.0, 3000.0, 4400.0, 5500.0, 8000.0, 22000.0}) {
+    double mean = 0;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const auto own = field.spectrum(blackbody_sed(population.grid()[i]));
+      mean += parts[i] / light * own->flux(wavelength);
+    }
+    const double whole = 5500 / wavelength;
+    EXPECT_NEAR(galaxy->components()[0]->sed()->flux(wavelength) / whole, 1, 1e-12);
+    EXPECT_NEAR(mean / whole, 1, wavelength < 3000 ? 3e-5 : 1e-5) << wavelength;
+    const double tint =
+        blackbody_sed(16000)->flux(wavelength) / blackbody_sed(4000)->flux(wavelength);
+    EXPECT_NEAR(hot->flux(wavelength) / cold->flux(wavelength) / tint, 1, 1e-12);
   }
 }
 

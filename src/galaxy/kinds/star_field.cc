@@ -4,34 +4,28 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/message.h"
-
 namespace gamer {
 namespace {
 
 constexpr double largest_number = 1e15;
 
-/// Checks that a star field with `sed` has no parameters of temperature.
-void check_spectrum(const ParameterSet& values, const std::string& context) {
-  if (!values.is_given("sed")) return;
-  for (const char* key : {"temperature", "temperature_slope", "temperature_scatter"}) {
-    if (!values.is_given(key)) continue;
-    throw input_error(values.where(key),
-                      "{}'sed' and '{}' exclude each other: sed is the spectrum of all stars, "
-                      "instead of blackbodies",
-                      context, key);
-  }
+/// Whether stars differ in colour: not where only `sed` is given.
+bool has_colours(const ParameterSet& values) {
+  return !values.is_given("sed") || values.is_given("temperature") ||
+         values.is_given("temperature_slope") || values.is_given("temperature_scatter");
 }
 
 }  // namespace
 
 StarField::StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
-                     double number, std::uint64_t seed, const StarField* twin)
+                     double number, bool has_colours, std::uint64_t seed, const StarField* twin)
     : Layer(shape, arms),
       population_(std::move(population)),
       number_(number),
       seed_(seed),
+      has_colours_(has_colours),
       mean_sed_(twin != nullptr ? twin->mean_sed_ : population_.sed()),
+      colours_(twin != nullptr ? twin->colours_ : StarColours(mean_sed_)),
       envelope_integral_(twin != nullptr ? twin->envelope_integral_ : Layer::envelope_integral()) {
   sed_ = mean_sed_;
 }
@@ -118,13 +112,12 @@ ComponentKind starfield_kind() {
       .parameters = Layer::parameters() + ParameterTable{number} + StellarPopulation::parameters(),
       .noise = FractalParameters{.octaves = 4, .frequency_scale = 2, .inverse = true, .floor = 0.3},
       .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
-        check_spectrum(input.values, input.context);
         const StarField* const twin = input.twin != nullptr ? input.twin->star_field() : nullptr;
         return std::make_unique<StarField>(
             Layer::read_shape(input), input.arms,
             twin != nullptr ? twin->population()
                             : StellarPopulation(input.values, input.context, input.resources),
-            input.values.number("number"), input.settings.seed, twin);
+            input.values.number("number"), has_colours(input.values), input.settings.seed, twin);
       }};
 }
 

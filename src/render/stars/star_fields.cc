@@ -254,7 +254,7 @@ void StarFields::set_parts(double nearest, double farthest, Field& field) const 
     } else {
       std::vector<double> spectrum;
       rest_at(std::exp2(level), &spectrum);
-      part.sed = population.sed(spectrum);
+      part.sed = field.stars->spectrum(population.sed(spectrum));
     }
     for (std::size_t i = 0; i < logs.size(); ++i) {
       double blend = std::max(1 - std::abs(logs[i] - level) / spacing, 0.0);

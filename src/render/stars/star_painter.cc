@@ -116,8 +116,8 @@ StarPainter::StarPainter(std::shared_ptr<const Scene> scene, const Camera& camer
         look.weights.push_back(medium_.basis().weights(*field.stars->sed(), placed.redshift));
       } else {
         for (const double temperature : field.stars->population().grid()) {
-          look.weights.push_back(
-              medium_.basis().weights(*blackbody_sed(temperature), placed.redshift));
+          const auto sed = field.stars->spectrum(blackbody_sed(temperature));
+          look.weights.push_back(medium_.basis().weights(*sed, placed.redshift));
         }
       }
     }

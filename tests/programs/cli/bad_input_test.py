@@ -114,9 +114,6 @@ CASES = {
         parameters("[animation]\nframes = 2\nposition = [[0, -3], [0.5, 0, -2, 0.5]]\n"), ARGUMENTS,
         "render.par:3:12: position must be one list of numbers",
         "write [0, -3, 0.5, 0, -2, 0.5]"),
-    "two spectra of stars": (
-        {"spiral.toml": '[[component]]\nclass = "starfield"\nsed = "E"\ntemperature = 4000\n'},
-        ARGUMENTS, "spiral.toml:4:15: ", "'sed' and 'temperature' exclude each other"),
     "unknown luminosity function": (
         {"spiral.toml": '[[component]]\nclass = "starfield"\nluminosity_function = "no"\n'},
         ARGUMENTS, "spiral.toml:3:23: ",

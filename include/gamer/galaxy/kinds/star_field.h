@@ -4,6 +4,7 @@
 
 #include "gamer/core/random.h"
 #include "gamer/galaxy/kinds/layer.h"
+#include "gamer/galaxy/star_colours.h"
 #include "gamer/galaxy/stellar_population.h"
 
 namespace gamer {
@@ -22,9 +23,11 @@ namespace gamer {
 /// thus follow the density within cells too, and cells leave no trace.
 class StarField : public Layer {
  public:
-  /// `twin` is a star field with equal parameters, but for the seed, or null.
+  /// `has_colours` says whether stars keep the colours of their temperatures where the component
+  /// has an SED (StarColours). `twin` is a star field with equal parameters, but for the seed, or
+  /// null.
   StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
-            double number, std::uint64_t seed, const StarField* twin = nullptr);
+            double number, bool has_colours, std::uint64_t seed, const StarField* twin = nullptr);
 
   double envelope_integral() const override { return envelope_integral_; }
   bool depends_on_seed() const override { return true; }
@@ -33,8 +36,13 @@ class StarField : public Layer {
   const StellarPopulation& population() const { return population_; }
   /// Number of stars in the galaxy.
   double number() const { return number_; }
-  /// Whether all stars have the spectrum sed(), instead of blackbodies.
-  bool has_one_sed() const { return sed() != mean_sed_.get(); }
+  /// Whether all stars have the spectrum sed().
+  bool has_one_sed() const { return has_own_sed() && !has_colours_; }
+  /// The spectrum of stars that are `blackbodies`, a mixture of temperatures of population(). It
+  /// differs from the given one where the component has an SED.
+  std::shared_ptr<const Sed> spectrum(std::shared_ptr<const Sed> blackbodies) const {
+    return has_own_sed() ? colours_.spectrum(sed_, std::move(blackbodies)) : blackbodies;
+  }
   /// Stars per (galaxy radii of the ball frame)^3 where envelope Phi is 1.
   double density() const { return number_ / envelope_integral_; }
   /// The light of one unit of luminosity, in the emissivity's unit times galaxy radii^3, where the
@@ -83,6 +91,7 @@ class StarField : public Layer {
   // looser bounds. Another value moves all stars.
   static constexpr double most_candidates = 16;
 
+  bool has_own_sed() const { return sed_ != mean_sed_; }
   std::uint64_t key() const;
   template <class Keep, class Take>
   void descend(const Cell& cell, double density, double largest_phi, const Keep& keep,
@@ -97,7 +106,9 @@ class StarField : public Layer {
   StellarPopulation population_;
   double number_;
   std::uint64_t seed_;
-  std::shared_ptr<const Sed> mean_sed_;
+  bool has_colours_;
+  std::shared_ptr<const Sed> mean_sed_;  ///< of the blackbodies
+  StarColours colours_;
   double envelope_integral_;
 };
 
