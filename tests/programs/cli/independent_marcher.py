@@ -1178,15 +1178,15 @@ INCLINATIONS = (0, 40, 75, 88)
 # <Phi> over the large clouds, or clump by clump, relative to that over the first ones. --measure
 # takes them, in half a minute a galaxy.
 RATIOS = {
-    "dusty_barred": {"arms": 1.002511, "associations": 1.593257, "H II regions": 1.335341,
+    "dusty_barred": {"arms": 1.002511, "associations": 1.476258, "H II regions": 0.688764,
                      "bar lanes": 1.038258, "lanes": 1.00232},
     "elliptical_dust": {"young clumps": 0.220316, "band": 1.002976},
     "irregular": {"patches": 0.99044, "young clumps": 0.994397, "H II regions": 0.925276,
                   "clouds": 0.99679},
-    "m51": {"associations": 1.308846, "H II regions": 1.347636, "lanes": 1.004634},
+    "m51": {"associations": 1.265056, "H II regions": 0.644033, "lanes": 1.004634},
     "milky_way": {"associations": 3.389652, "H II regions": 2.331742, "lanes": 0.975,
                   "Great Rift": 1.024845},
-    "ngc4321": {"arms": 1.005989, "associations": 0.960391, "H II regions": 0.45854,
+    "ngc4321": {"arms": 1.005989, "associations": 0.667733, "H II regions": 0.271462,
                 "lanes": 0.992458},
     "ngc4594": {"ring dust": 0.997926, "inner strands": 1.004114},
     "ngc891": {"young disk": 0.995446, "associations": 3.184359, "H II regions": 3.652123,
@@ -1199,7 +1199,7 @@ RATIOS = {
 # there are star fields, of the fields' spectrum.
 TOLERANCES = {
     "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 1.9e-5, "ngc4594": 5.8e-6,
-    "dusty_barred": 3.2e-5, "ngc4321": 1e-5, "irregular": 1.6e-5, "milky_way": 3.5e-4,
+    "dusty_barred": 6.8e-5, "ngc4321": 2.4e-5, "irregular": 1.6e-5, "milky_way": 3.5e-4,
 }
 
 
