@@ -160,13 +160,6 @@ std::vector<std::string> split_key(std::string_view key) {
   }
 }
 
-ConfigNode* find_member(ConfigNode& node, std::string_view key) {
-  for (auto& [name, member] : node.table()) {
-    if (name == key) return &member;
-  }
-  return nullptr;
-}
-
 /// Whether the text is UTF-8, which TOML and therefore the record of a job require.
 bool is_utf8(std::string_view text) {
   constexpr char last_control = 0x1f, delete_code = 0x7f;
@@ -285,7 +278,7 @@ void set_from_text(ConfigNode& root, std::string_view assignment, std::string_vi
     if (!node->is_table()) {
       throw input_error(where, "'{}' is {}, not a table", parts[i - 1], node->type_name());
     }
-    ConfigNode* member = find_member(*node, parts[i]);
+    ConfigNode* member = node->find(parts[i]);
     if (member == nullptr) {
       member = &node->table().emplace_back(parts[i], ConfigNode{}).second;
       member->where = where;

@@ -11,7 +11,7 @@ namespace {
 
 /// The text of a member; empty if the member is no text.
 std::string member_text(const ConfigNode& node, std::string_view key) {
-  const ConfigNode* member = node.is_table() ? node.find(key) : nullptr;
+  const ConfigNode* member = node.find(key);
   const auto* text = member == nullptr ? nullptr : std::get_if<std::string>(&member->data);
   return text == nullptr ? "" : *text;
 }
@@ -23,11 +23,10 @@ void merge(const ConfigNode& from, ConfigNode& to) {
     return;
   }
   for (const auto& [key, member] : from.table()) {
-    const auto known = std::ranges::find(to.table(), key, &ConfigNode::Table::value_type::first);
-    if (known == to.table().end()) {
-      to.table().emplace_back(key, member);
+    if (ConfigNode* const known = to.find(key)) {
+      merge(member, *known);
     } else {
-      merge(member, known->second);
+      to.table().emplace_back(key, member);
     }
   }
 }
@@ -36,10 +35,9 @@ void merge(const ConfigNode& from, ConfigNode& to) {
 class NamedComponents {
  public:
   explicit NamedComponents(ConfigNode& file) {
-    const auto list =
-        std::ranges::find(file.table(), "component", &ConfigNode::Table::value_type::first);
-    if (list == file.table().end() || !list->second.is_array()) return;
-    for (ConfigNode& node : std::get<ConfigNode::Array>(list->second.data)) {
+    ConfigNode* const list = file.find("component");
+    if (list == nullptr || !list->is_array()) return;
+    for (ConfigNode& node : list->array()) {
       const std::string kind = member_text(node, "class"), name = member_text(node, "name");
       nodes_.push_back(&node);
       kinds_.push_back(kind);
