@@ -327,17 +327,14 @@ void CommandLine::take_job() {
   }
 }
 
-std::string version_text() {
-  const std::string mpi = gamer::Ranks::library_version();
-  return fmt::format("gamer {}\nSIMD: {}\nMPI: {}\n", gamer::version(),
-                     gamer::simd_target_name(gamer::current_simd_target()),
-                     mpi.empty() ? "none" : mpi);
-}
-
 /// Gives the answers that need no job.
 void tell(const Options& options) {
   if (!options.help.empty()) fmt::print("{}", options.help);
-  if (options.version) fmt::print("{}", version_text());
+  if (options.version) {
+    const std::string mpi = gamer::Ranks::library_version();
+    fmt::print("gamer {}\nSIMD: {}\nMPI: {}\n", gamer::version(),
+               gamer::simd_target_name(gamer::current_simd_target()), mpi.empty() ? "none" : mpi);
+  }
   if (options.lists_components) fmt::print("{}", gamer::list_components());
   gamer::Resources data(gamer::default_data_folders());
   if (options.lists_galaxies) fmt::print("{}", gamer::list_galaxies(data));

@@ -143,7 +143,7 @@ void check_galaxy(const std::string& text, const std::string& label,
   Resources resources(folders);
   GalaxySettings settings;
   settings.noise_kind = RenderParameters().noise.kind;
-  Galaxy::read(text, label, settings, resources);
+  Galaxy::read(parse_toml(text, label), settings, resources);
 }
 
 std::string galaxy_text(const std::string& name,

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <ranges>
 #include <string_view>
 
 #include "core/message.h"
@@ -16,12 +17,9 @@ std::string quoted(std::string_view text) {
 }
 
 /// All names of the options, separated by spaces.
-std::string names_of(const std::vector<ManualOption>& options) {
-  std::string names;
-  for (const ManualOption& option : options) {
-    for (const std::string& name : option.names) names += (names.empty() ? "" : " ") + name;
-  }
-  return names;
+std::string joined_names(const std::vector<ManualOption>& options) {
+  const auto names = options | std::views::transform(&ManualOption::names) | std::views::join;
+  return fmt::format("{}", fmt::join(names, " "));
 }
 
 std::vector<ManualOption> options_of(const Manual& manual, const ManualCommand& command) {
@@ -57,13 +55,6 @@ std::string bash_branches(const std::string& command, const std::vector<ManualOp
   return text;
 }
 
-/// "normalise | normalize".
-std::string pattern_of(const ManualCommand& command) {
-  std::string pattern = command.name;
-  for (const std::string& alias : command.aliases) pattern += " | " + alias;
-  return pattern;
-}
-
 std::string command_names(const Manual& manual) {
   std::string names;
   for (const ManualCommand& command : manual.commands) {
@@ -77,7 +68,9 @@ std::string command_names(const Manual& manual) {
 std::string command_search(const Manual& manual) {
   std::string text = "    case $word in\n";
   for (const ManualCommand& command : manual.commands) {
-    text += fmt::format("      {}) command={} && break ;;\n", pattern_of(command), command.name);
+    std::string pattern = command.name;
+    for (const std::string& alias : command.aliases) pattern += " | " + alias;
+    text += fmt::format("      {}) command={} && break ;;\n", pattern, command.name);
   }
   return text + "    esac\n";
 }
@@ -171,13 +164,13 @@ std::string bash_completion(const Manual& manual) {
       "    case $command:$cur in\n";
   for (const ManualCommand& command : manual.commands) {
     text += fmt::format("      {}:-*) words={} ;;\n", command.name,
-                        quoted(names_of(options_of(manual, command))));
+                        quoted(joined_names(options_of(manual, command))));
     if (!command.arguments.empty()) {
       text += fmt::format("      {}:*) {} ;;\n", command.name,
                           bash_values(command.arguments.front().value));
     }
   }
-  text += fmt::format("      :-*) words={} ;;\n", quoted(names_of(manual.options)));
+  text += fmt::format("      :-*) words={} ;;\n", quoted(joined_names(manual.options)));
   text += fmt::format("      :*) words={}{} ;;\n", quoted(command_names(manual)),
                       manual.arguments.empty() ? "" : " with_files=yes");
   return text + bash_end(manual.program);

@@ -3,6 +3,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <ranges>
 #include <tuple>
 
 #include "core/message.h"
@@ -20,7 +21,7 @@ const std::string too_many_parts = fmt::format("a key has more than {} parts", m
 
 /// The places that messages give for nodes: places in a file, or one place for all nodes of
 /// `--set`.
-struct Places {
+struct TextPlaces {
   std::string file;
   bool fixed = false;
 
@@ -30,7 +31,7 @@ struct Places {
   }
 };
 
-ConfigNode convert(const toml::node& node, const Places& places, int depth) {
+ConfigNode convert(const toml::node& node, const TextPlaces& places, int depth) {
   ConfigNode result;
   result.where = places(node.source());
   result.key_where = result.where;
@@ -116,7 +117,7 @@ std::size_t skip_string(std::string_view text, std::size_t i) {
 }
 
 /// Throws where a key has too many parts.
-void check_key_parts(std::string_view text, const Places& places) {
+void check_key_parts(std::string_view text, const TextPlaces& places) {
   const std::string_view separators = "=,[]{}\n";
   int dots = 0;
   for (std::size_t i = 0; i < text.size();) {
@@ -138,7 +139,7 @@ void check_key_parts(std::string_view text, const Places& places) {
   }
 }
 
-toml::table parse_document(std::string_view text, const Places& places) {
+toml::table parse_document(std::string_view text, const TextPlaces& places) {
   check_key_parts(text, places);
   try {
     return toml::parse(text);
@@ -159,13 +160,6 @@ std::vector<std::string> split_key(std::string_view key) {
   }
 }
 
-ConfigNode* find_member(ConfigNode& node, std::string_view key) {
-  for (auto& [name, member] : node.table()) {
-    if (name == key) return &member;
-  }
-  return nullptr;
-}
-
 /// Whether the text is UTF-8, which TOML and therefore the record of a job require.
 bool is_utf8(std::string_view text) {
   constexpr char last_control = 0x1f, delete_code = 0x7f;
@@ -183,7 +177,7 @@ bool is_utf8(std::string_view text) {
   }
 }
 
-ConfigNode parse_value(std::string_view text, const Places& places) {
+ConfigNode parse_value(std::string_view text, const TextPlaces& places) {
   const SourceLocation where{places.file, 0, 0};
   if (text.empty()) throw InputError(where, "needs a value after '='");
   const std::string key = "value";
@@ -210,11 +204,7 @@ std::string value_of(const ConfigNode& node) {
   if (const auto* real = std::get_if<double>(&node.data)) return fmt::format("{}", *real);
   if (const auto* text = std::get_if<std::string>(&node.data)) return toml_string(*text);
   if (!node.is_array()) throw InputError(node.where, "a list holds no tables here");
-  std::string list;
-  for (const ConfigNode& element : node.array()) {
-    list += (list.empty() ? "" : ", ") + value_of(element);
-  }
-  return fmt::format("[{}]", list);
+  return fmt::format("[{}]", fmt::join(node.array() | std::views::transform(value_of), ", "));
 }
 
 }  // namespace
@@ -255,15 +245,12 @@ std::string toml_string(std::string_view text) {
 }
 
 bool is_bare_key(std::string_view key) {
-  const auto is_bare = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' ||
-           c == '-';
-  };
+  const auto is_bare = [](char c) { return is_letter_or_digit(c) || c == '_' || c == '-'; };
   return !key.empty() && std::ranges::all_of(key, is_bare);
 }
 
 ConfigNode parse_toml(std::string_view text, const std::string& file) {
-  const Places places{file};
+  const TextPlaces places{file};
   ConfigNode root = convert(parse_document(text, places), places, 0);
   root.where = {file, 0, 0};
   root.key_where = root.where;
@@ -278,7 +265,7 @@ void set_from_text(ConfigNode& root, std::string_view assignment, std::string_vi
     throw input_error({std::string(trim(origin)), 0, 0}, "{} is not of the form section.key=value",
                       in_quotes(assignment));
   }
-  const Places places{fmt::format("{}{}", origin, key), true};
+  const TextPlaces places{fmt::format("{}{}", origin, key), true};
   const SourceLocation where{places.file, 0, 0};
   if (parts.size() > static_cast<std::size_t>(max_key_parts)) {
     throw InputError(where, too_many_parts);
@@ -291,7 +278,7 @@ void set_from_text(ConfigNode& root, std::string_view assignment, std::string_vi
     if (!node->is_table()) {
       throw input_error(where, "'{}' is {}, not a table", parts[i - 1], node->type_name());
     }
-    ConfigNode* member = find_member(*node, parts[i]);
+    ConfigNode* member = node->find(parts[i]);
     if (member == nullptr) {
       member = &node->table().emplace_back(parts[i], ConfigNode{}).second;
       member->where = where;

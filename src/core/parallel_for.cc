@@ -172,12 +172,13 @@ class Team {
 void use_threads(int threads) { allowed_threads = std::max(threads, 1); }
 
 void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& work,
-                  std::optional<std::size_t> at_a_time) {
+                  std::optional<std::size_t> at_a_time, std::optional<int> threads) {
   const std::size_t most = std::min(at_a_time.value_or(count), count);
+  const int allowed = threads.value_or(allowed_threads);
   // A single index needs a team only for inner loops, which `at_a_time` announces.
   std::optional<Team> team;
-  if (own_team == nullptr && allowed_threads > 1 && (most > 1 || at_a_time)) {
-    team.emplace(static_cast<std::size_t>(allowed_threads.load()));
+  if (own_team == nullptr && allowed > 1 && (most > 1 || at_a_time)) {
+    team.emplace(static_cast<std::size_t>(allowed));
   }
   if (own_team == nullptr || most < 2) {
     for (std::size_t i = 0; i < count; ++i) {

@@ -19,7 +19,7 @@ constexpr std::uintmax_t max_text_bytes = std::uintmax_t{1} << 30;
 
 /// Whether a path exists. A loop of links counts, since skipping it would find another file of that
 /// name.
-bool is_there(const fs::path& path) {
+bool exists_or_loops(const fs::path& path) {
   std::error_code error;
   return fs::exists(path, error) || error == std::errc::too_many_symbolic_link_levels;
 }
@@ -132,7 +132,7 @@ const Resources::Text& Resources::search(const std::string& kind, const std::str
 
   const auto recorded_or_read = [&](const std::string& key, const fs::path& path) -> const Text* {
     if (const auto known = texts_.find(key); known != texts_.end()) return &known->second;
-    if (!disk_ || !is_there(path)) return nullptr;
+    if (!disk_ || !exists_or_loops(path)) return nullptr;
     return &read(key, path);
   };
 
@@ -214,7 +214,7 @@ std::vector<fs::path> default_data_folders() {
     result.emplace_back(data);
   }
   const fs::path installed = GAMER_INSTALL_DATA_DIR;
-  result.push_back(is_there(installed) ? installed : fs::path(GAMER_SOURCE_DATA_DIR));
+  result.push_back(exists_or_loops(installed) ? installed : fs::path(GAMER_SOURCE_DATA_DIR));
   return result;
 }
 

@@ -25,6 +25,11 @@ inline std::string_view without_plus(std::string_view text) {
   return text.substr(text.starts_with('+') ? 1 : 0);
 }
 
+/// Whether the character is an ASCII letter or digit, whatever the locale.
+inline bool is_letter_or_digit(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
 /// The text without the characters of `blanks` at its ends.
 inline std::string_view trimmed(std::string_view text, std::string_view blanks = " ") {
   text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));

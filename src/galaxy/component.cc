@@ -6,6 +6,7 @@
 
 #include "core/message.h"
 #include "galaxy/shape_text.h"
+#include "gamer/core/digest.h"
 #include "gamer/core/near.h"
 #include "gamer/core/random.h"
 #include "gamer/galaxy/galaxy.h"
@@ -29,7 +30,7 @@ double Component::footprint_scale() const {
 }
 
 void Component::follow(const ComponentDigests& followed) {
-  digests_.texture = digest_together(digests_.texture, followed.texture);
+  digests_.texture = digest(digests_.texture + followed.texture);
 }
 
 namespace {

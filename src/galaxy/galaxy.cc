@@ -35,9 +35,9 @@ void check_sections(const ConfigNode& root) {
   }
 }
 
-const ConfigNode::Array& component_list(const ConfigNode& root, const std::string& label) {
+const ConfigNode::Array& component_list(const ConfigNode& root) {
   const ConfigNode* list = root.find("component");
-  if (list == nullptr) throw InputError({label, 0, 0}, "a galaxy needs at least one [[component]]");
+  if (list == nullptr) throw InputError(root.where, "a galaxy needs at least one [[component]]");
   if (!list->is_array()) {
     throw InputError(list->key_where, "write [[component]], with double brackets");
   }
@@ -64,14 +64,16 @@ ParameterTable Galaxy::table() {
 
 std::shared_ptr<const Galaxy> Galaxy::parse(std::string_view text, const std::string& label,
                                             const GalaxySettings& settings, Resources& resources) {
-  const std::shared_ptr<Galaxy> galaxy = read(text, label, settings, resources);
+  const std::shared_ptr<Galaxy> galaxy = read(parse_toml(text, label), settings, resources);
   GalaxyStatistics(*galaxy).measure_all();
   return galaxy;
 }
 
-std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& label,
-                                     const GalaxySettings& settings, Resources& resources) {
-  auto galaxy = read_alone(text, label, settings, resources);
+std::shared_ptr<Galaxy> Galaxy::read(ConfigNode file, const GalaxySettings& settings,
+                                     Resources& resources) {
+  if (settings.overrides != nullptr) apply_overrides(*settings.overrides, file);
+  check_sections(file);
+  auto galaxy = read_alone(file, settings, resources);
   for (std::size_t c = 0; c < galaxy->components_.size(); ++c) {
     const Component& component = *galaxy->components_[c];
     if (!component.absorbs() || (component.texture() == nullptr && galaxy->followed_[c] < 0)) {
@@ -85,18 +87,15 @@ std::shared_ptr<Galaxy> Galaxy::read(std::string_view text, const std::string& l
     GalaxySettings of_reference = settings;
     if (is_shared) of_reference.seed = reference_seed;
     of_reference.twin = galaxy;
-    galaxy->reference_ = read_alone(text, label, of_reference, resources);
+    galaxy->reference_ = read_alone(file, of_reference, resources);
     galaxy->reference_->is_reference_ = true;
     return galaxy;
   }
   return galaxy;
 }
 
-std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::string& label,
-                                           const GalaxySettings& settings, Resources& resources) {
-  ConfigNode root = parse_toml(text, label);
-  if (settings.overrides != nullptr) apply_overrides(*settings.overrides, root);
-  check_sections(root);
+std::shared_ptr<Galaxy> Galaxy::read_alone(const ConfigNode& root, const GalaxySettings& settings,
+                                           Resources& resources) {
   const auto section = [&](const char* key) -> const ConfigNode* {
     const ConfigNode* node = root.find(key);
     if (node != nullptr && !node->is_table()) {
@@ -132,7 +131,7 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
   }
   int index = 0;
   const ComponentSurroundings surroundings{galaxy->arms_, galaxy->axis_[2], galaxy->surroundings_};
-  for (const ConfigNode& node : component_list(root, label)) {
+  for (const ConfigNode& node : component_list(root)) {
     auto component = read_component(node, ++index, surroundings, settings, resources);
     for (const auto& other : galaxy->components_) {
       if (other->name() == component->name()) {
@@ -144,7 +143,7 @@ std::shared_ptr<Galaxy> Galaxy::read_alone(std::string_view text, const std::str
   }
   galaxy->most_cloud_points_ = settings.most_cloud_points;
   galaxy->mean_error_ = settings.accuracy.mean_error;
-  galaxy->resolve(label, twin);
+  galaxy->resolve(root.where, twin);
   if (!solo.empty()) galaxy->show_alone(solo, solo_where);
   return galaxy;
 }
@@ -172,7 +171,7 @@ void Galaxy::show_alone(const std::string& name, const SourceLocation& where) {
   }
 }
 
-void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
+void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
   std::vector<std::string> names;
   for (const auto& c : components_) {
     if (c->texture() != nullptr) names.push_back(c->name());
@@ -201,7 +200,7 @@ void Galaxy::resolve(const std::string& label, const Galaxy* twin) {
     }
   }
   std::erase_if(components_, [](const auto& c) { return !c->active(); });
-  if (components_.empty()) throw InputError({label, 0, 0}, "no component of the galaxy is active");
+  if (components_.empty()) throw InputError(file, "no component of the galaxy is active");
   followed_.assign(components_.size(), -1);
   calibration_ = GalaxyCalibration(components_.size());
   // Face-on optical depth from which dust counts as thick.

@@ -10,8 +10,8 @@ namespace gamer {
 namespace {
 
 /// The text of a member; empty if the member is no text.
-std::string text_of(const ConfigNode& node, std::string_view key) {
-  const ConfigNode* member = node.is_table() ? node.find(key) : nullptr;
+std::string member_text(const ConfigNode& node, std::string_view key) {
+  const ConfigNode* member = node.find(key);
   const auto* text = member == nullptr ? nullptr : std::get_if<std::string>(&member->data);
   return text == nullptr ? "" : *text;
 }
@@ -23,11 +23,10 @@ void merge(const ConfigNode& from, ConfigNode& to) {
     return;
   }
   for (const auto& [key, member] : from.table()) {
-    const auto known = std::ranges::find(to.table(), key, &ConfigNode::Table::value_type::first);
-    if (known == to.table().end()) {
-      to.table().emplace_back(key, member);
+    if (ConfigNode* const known = to.find(key)) {
+      merge(member, *known);
     } else {
-      merge(member, known->second);
+      to.table().emplace_back(key, member);
     }
   }
 }
@@ -36,11 +35,10 @@ void merge(const ConfigNode& from, ConfigNode& to) {
 class NamedComponents {
  public:
   explicit NamedComponents(ConfigNode& file) {
-    const auto list =
-        std::ranges::find(file.table(), "component", &ConfigNode::Table::value_type::first);
-    if (list == file.table().end() || !list->second.is_array()) return;
-    for (ConfigNode& node : std::get<ConfigNode::Array>(list->second.data)) {
-      const std::string kind = text_of(node, "class"), name = text_of(node, "name");
+    ConfigNode* const list = file.find("component");
+    if (list == nullptr || !list->is_array()) return;
+    for (ConfigNode& node : list->array()) {
+      const std::string kind = member_text(node, "class"), name = member_text(node, "name");
       nodes_.push_back(&node);
       kinds_.push_back(kind);
       places_.push_back(fmt::format("{}{}", kind, nodes_.size()));
@@ -55,10 +53,8 @@ class NamedComponents {
     }
     std::vector<std::string> known = {"galaxy", "arms"};
     known.insert(known.end(), names_.begin(), names_.end());
-    std::string listed;
-    for (const std::string& one : known) listed += (listed.empty() ? "'" : ", '") + one + "'";
-    throw input_error(where, "the galaxy has no component {}{}; it has {}", in_quotes(name),
-                      did_you_mean(name, known), listed);
+    throw input_error(where, "the galaxy has no component {}{}; it has '{}'", in_quotes(name),
+                      did_you_mean(name, known), fmt::join(known, "', '"));
   }
 
  private:
@@ -66,7 +62,7 @@ class NamedComponents {
   std::vector<std::string> names_, places_, kinds_;
 };
 
-void check_table(const ConfigNode& node) {
+void require_table(const ConfigNode& node) {
   if (node.is_table()) return;
   throw InputError(node.key_where,
                    "a key of a galaxy is galaxy.TYPE.COMPONENT.key, such as "
@@ -83,9 +79,9 @@ std::string bare_name(std::string name) {
 }
 
 void apply_overrides(const ConfigNode& overrides, ConfigNode& file) {
-  check_table(overrides);
+  require_table(overrides);
   for (const auto& [name, values] : overrides.table()) {
-    check_table(values);
+    require_table(values);
     if (name == "galaxy" || name == "arms") {
       ConfigNode change;
       change.table().emplace_back(name, values);

@@ -118,8 +118,4 @@ ComponentDigests component_digests(const ConfigNode& node, const std::string& na
           digest(measure_key(settings) + toml_string(name) + all)};
 }
 
-std::string digest_together(const std::string& digest_of_one, const std::string& digest_of_other) {
-  return digest(digest_of_one + digest_of_other);
-}
-
 }  // namespace gamer

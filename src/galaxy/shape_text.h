@@ -27,7 +27,4 @@ ComponentDigests component_digests(const ConfigNode& node, const std::string& na
                                    const ComponentKind& kind, const std::string& surroundings,
                                    const GalaxySettings& settings);
 
-/// A digest of two digests.
-std::string digest_together(const std::string& digest_of_one, const std::string& digest_of_other);
-
 }  // namespace gamer

@@ -18,12 +18,9 @@ namespace gamer {
 namespace {
 
 bool is_table(FitsFile& file) {
-  int type = 0, status = 0;
+  int type = 0;
   file.call(fits_get_hdu_type, &type);
-  if (type == IMAGE_HDU) return false;
-  const bool compressed = fits_is_compressed_image(file.handle(), &status) != 0;
-  fits_clear_errmsg();
-  return !compressed;
+  return type != IMAGE_HDU && !file.has_compressed_image();
 }
 
 /// Whether the current HDU has pixels in two axes or more.

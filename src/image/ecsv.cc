@@ -1,8 +1,6 @@
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 #include <string_view>
 
@@ -56,7 +54,7 @@ std::string yaml_value(const Card& card) {
   return fits_number(*number);
 }
 
-const char* type_name(const DataColumn& column) {
+const char* datatype_of(const DataColumn& column) {
   if (std::holds_alternative<std::vector<double>>(column.values)) return "float64";
   if (std::holds_alternative<std::vector<std::int64_t>>(column.values)) return "int64";
   return "string";
@@ -67,7 +65,7 @@ std::string head(const DataTable& table) {
   for (const DataColumn& column : table.columns) {
     text += fmt::format("# - {{name: {}", yaml_text(column.name));
     if (!column.unit.empty()) text += fmt::format(", unit: {}", yaml_text(column.unit));
-    text += fmt::format(", datatype: {}", type_name(column));
+    text += fmt::format(", datatype: {}", datatype_of(column));
     if (!column.description.empty()) {
       text += fmt::format(", description: {}", yaml_text(column.description));
     }
@@ -123,7 +121,7 @@ void write_ecsv(const std::filesystem::path& path, const DataTable& table) {
   write_file(path, overwrite, [&](std::FILE* file) {
     make_lines(table, [&](const std::string& text) {
       if (std::fwrite(text.data(), 1, text.size(), file) != text.size()) {
-        throw write_failure(path, std::strerror(errno));
+        throw write_failure(path);
       }
     });
   });

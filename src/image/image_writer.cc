@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <ranges>
 #include <set>
 #include <system_error>
 #include <utility>
@@ -197,11 +198,8 @@ void check_disk_space(const OutputOptions& options, std::uint64_t bytes) {
 
 void check_output_suffix(const OutputOptions& options) {
   if (image_suffix(options.path)) return;
-  std::string allowed;
-  for (const auto& [text, kind] : suffixes) {
-    allowed += fmt::format("{}{}", allowed.empty() ? "" : ", ", text);
-  }
-  refuse(options, fmt::format("unknown kind of file; the name must end in one of {}", allowed));
+  refuse(options, fmt::format("unknown kind of file; the name must end in one of {}",
+                              fmt::join(suffixes | std::views::keys, ", ")));
 }
 
 void check_output(const OutputOptions& options, const ImageHeader& header) {

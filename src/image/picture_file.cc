@@ -178,7 +178,7 @@ struct PictureFile::Destination {
     if (!file) fail();
   }
 
-  [[noreturn]] void fail() const { throw write_failure(label, std::strerror(errno)); }
+  [[noreturn]] void fail() const { throw write_failure(label); }
 
   void write(const std::string& bytes) const {
     if (std::fwrite(bytes.data(), 1, bytes.size(), file.get()) != bytes.size()) fail();
@@ -282,7 +282,7 @@ class BmpEncoder final : public PictureFile::Encoder {
   }
 
  private:
-  [[noreturn]] void fail() const { throw write_failure(label_, std::strerror(errno)); }
+  [[noreturn]] void fail() const { throw write_failure(label_); }
   void write(const std::string& bytes) {
     if (std::fwrite(bytes.data(), 1, bytes.size(), file_) != bytes.size()) fail();
   }

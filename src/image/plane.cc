@@ -1,15 +1,12 @@
 #include "gamer/image/plane.h"
 
 #include <algorithm>
-#include <atomic>
-#include <exception>
 #include <future>
-#include <mutex>
 #include <stdexcept>
-#include <thread>
 #include <utility>
 
 #include "gamer/core/cancellation.h"
+#include "gamer/core/parallel_for.h"
 
 namespace gamer {
 namespace {
@@ -41,33 +38,6 @@ class ChangedPlane final : public Plane {
   PlanePtr source_;
   PixelChange change_;
 };
-
-/// Calls work(i) for i in [0, count) from `threads` threads; throws the first exception. A request
-/// in `cancellation` ends it.
-void parallel_for(int count, int threads, const Cancellation* cancellation,
-                  const std::function<void(int)>& work) {
-  std::atomic<int> next{0};
-  std::exception_ptr error;
-  std::mutex mutex;
-  const auto run = [&] {
-    const CancellationScope scope(cancellation);
-    for (int i = next++; i < count; i = next++) {
-      try {
-        check_cancelled();
-        work(i);
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        if (!error) error = std::current_exception();
-        next = count;
-      }
-    }
-  };
-  std::vector<std::jthread> helpers;
-  for (int i = 1; i < std::min(threads, count); ++i) helpers.emplace_back(run);
-  run();
-  helpers.clear();
-  if (error) std::rethrow_exception(error);
-}
 
 }  // namespace
 
@@ -117,13 +87,16 @@ void for_each_band(const Plane& plane, int threads,
   const auto make = [&](int y, std::vector<double>& values) {
     const int height = std::min(band_height, plane.height() - y);
     const int rows = (height + tile_height - 1) / tile_height;
-    parallel_for(columns * rows, threads, cancellation, [&](int index) {
+    const auto make_tile = [&](std::size_t i) {
+      const int index = static_cast<int>(i);
       const int row = index / columns * tile_height, x = index % columns * tile_width;
       const Area area = {x, y + row, std::min(tile_width, plane.width() - x),
                          std::min(tile_height, height - row)};
       plane.read(area, values.data() + static_cast<std::ptrdiff_t>(row) * plane.width() + x,
                  plane.width());
-    });
+    };
+    const CancellationScope scope(cancellation);
+    parallel_for(static_cast<std::size_t>(columns) * rows, make_tile, {}, threads);
   };
   const auto give = [&](int y, const std::vector<double>& values) {
     take({0, y, plane.width(), std::min(band_height, plane.height() - y)}, values.data());

@@ -14,7 +14,9 @@
 
 namespace gamer {
 
-inline RunError write_failure(const std::filesystem::path& path, const std::string& reason) {
+/// By default the reason is that of errno.
+inline RunError write_failure(const std::filesystem::path& path,
+                              const std::string& reason = std::strerror(errno)) {
   return run_error("{}: cannot write: {}", path.string(), reason);
 }
 
@@ -34,9 +36,9 @@ void write_file(const std::filesystem::path& path, bool overwrite, Write write) 
   TemporaryFile temporary(path);
   std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(temporary.path().c_str(), "wb"),
                                                        &std::fclose);
-  if (!file) throw write_failure(path, std::strerror(errno));
+  if (!file) throw write_failure(path);
   write(file.get());
-  if (std::fclose(file.release()) != 0) throw write_failure(path, std::strerror(errno));
+  if (std::fclose(file.release()) != 0) throw write_failure(path);
   temporary.move_to_final(overwrite);
 }
 

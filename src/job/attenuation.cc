@@ -21,9 +21,9 @@ namespace {
 // `ray_distance` of measure() for galaxies without fixed flux.
 constexpr double ray_distance = 1.5;
 
-void append(double number, std::string& text) { text += fmt::format(" {:a}", number); }
-void append(const glm::dvec3& vector, std::string& text) {
-  for (int i = 0; i < 3; ++i) append(vector[i], text);
+void append_hex(double number, std::string& text) { text += fmt::format(" {:a}", number); }
+void append_hex(const glm::dvec3& vector, std::string& text) {
+  for (int i = 0; i < 3; ++i) append_hex(vector[i], text);
 }
 
 /// Names of attenuations: digests of all that decides them.
@@ -62,19 +62,19 @@ AttenuationNames::AttenuationNames(const RenderParameters& parameters, const Cam
   const auto append_band = [](const Bandpass& band, std::string& text) {
     text += band.name();
     const Bandpass::Nodes nodes = band.nodes();
-    for (const double number : nodes.wavelength) append(number, text);
-    for (const double number : nodes.weight) append(number, text);
+    for (const double number : nodes.wavelength) append_hex(number, text);
+    for (const double number : nodes.weight) append_hex(number, text);
   };
   append_band(reference, common_);
-  append(parameters.sampling.tolerance, common_);
-  append(camera.right(), common_);
+  append_hex(parameters.sampling.tolerance, common_);
+  append_hex(camera.right(), common_);
   const Camera whole = camera.with_window({0, 0, camera.width(), camera.height()});
   if (camera.projection() == Projection::sky) {
     pixels_ = fmt::format("{} {} ", camera.width(), camera.height());
     for (const std::string& record : whole.wcs_records()) pixels_ += record;
-    for (const double node : planes_.wavelengths) append(node, pixels_);
+    for (const double node : planes_.wavelengths) append_hex(node, pixels_);
     for (const SpectralPlane& plane : planes.planes) {
-      append(plane.wavelength, pixels_);
+      append_hex(plane.wavelength, pixels_);
       if (plane.band != nullptr) append_band(*plane.band, pixels_);
       const Sed::Range range = plane.band != nullptr
                                    ? plane.band->range()
@@ -102,14 +102,14 @@ void AttenuationNames::append_light(const Sed& sed, double redshift, const Sed::
   text += sed.name();
   const Sed::Range known = sed.range();
   for (const double wavelength : {range.low, range.high}) {
-    append(sed.flux(std::clamp(wavelength / (1 + redshift), known.low, known.high)), text);
+    append_hex(sed.flux(std::clamp(wavelength / (1 + redshift), known.low, known.high)), text);
   }
   const auto kinks = sed.kinks();
   const auto first = std::ranges::lower_bound(kinks, range.low / (1 + redshift));
   const auto last = std::upper_bound(first, kinks.end(), range.high / (1 + redshift));
   for (auto kink = first; kink != last; ++kink) {
-    append(*kink, text);
-    append(sed.flux(*kink), text);
+    append_hex(*kink, text);
+    append_hex(sed.flux(*kink), text);
   }
 }
 
@@ -117,22 +117,23 @@ std::string AttenuationNames::name(const PlacedGalaxy& probe) const {
   std::string text = common_ + probe.galaxy->shape();
   const Light& light = probe.has_fixed_flux ? planes_ : band_;
   if (probe.has_fixed_flux) text += pixels_;
-  append(camera_.towards(probe.centre), text);
-  append(camera_.up_at(probe.centre), text);
-  append(probe.centre, text);
-  append(probe.pole, text);
-  for (int i = 0; i < 3; ++i) append(probe.to_ball[i], text);
+  append_hex(camera_.towards(probe.centre), text);
+  append_hex(camera_.up_at(probe.centre), text);
+  append_hex(probe.centre, text);
+  append_hex(probe.pole, text);
+  for (int i = 0; i < 3; ++i) append_hex(probe.to_ball[i], text);
   for (const double number : {probe.radius, probe.bounding_radius, probe.magnification,
                               probe.source_stretch, probe.redshift, probe.brightness}) {
-    append(number, text);
+    append_hex(number, text);
   }
   for (const auto& component : probe.galaxy->components()) {
-    append(component->amplitude(), text);
+    append_hex(component->amplitude(), text);
     if (component->sed() != nullptr)
       append_light(*component->sed(), probe.redshift, light.range, text);
     if (!component->absorbs()) continue;
     for (const double wavelength : light.wavelengths) {
-      append(SpectralBasis::extinction(*component->extinction(), probe.redshift, wavelength), text);
+      append_hex(SpectralBasis::extinction(*component->extinction(), probe.redshift, wavelength),
+                 text);
     }
   }
   return "attenuation " + digest(text);

@@ -59,12 +59,6 @@ void append_word(std::uint64_t word, std::string& bytes) {
 
 std::uint64_t check_sum(std::string_view bytes) { return hash_text(0, bytes); }
 
-/// The content of a file; none if it cannot be read.
-std::string read_bytes(const fs::path& path) {
-  std::ifstream stream(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
-}
-
 std::vector<fs::path> entries_of(const fs::path& folder) {
   std::vector<fs::path> result;
   std::error_code error;
@@ -171,7 +165,8 @@ fs::path CalibrationCache::file_of(const std::string& shape) const {
 
 CalibrationParts CalibrationCache::load(const std::string& shape) const {
   const fs::path file = file_of(shape);
-  const std::string bytes = read_bytes(file);
+  std::ifstream stream(file, std::ios::binary);
+  const std::string bytes(std::istreambuf_iterator<char>(stream), {});
   if (!bytes.starts_with(identity_)) return {};
   CalibrationParts parts = unpack_parts(std::string_view(bytes).substr(identity_.size()));
   std::error_code error;

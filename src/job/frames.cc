@@ -13,7 +13,7 @@
 namespace gamer {
 namespace {
 
-std::set<std::string_view> lines_of(std::string_view text) {
+std::set<std::string_view> distinct_lines(std::string_view text) {
   std::set<std::string_view> lines;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -78,7 +78,7 @@ std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::pat
     Resources::Text* all = find_text(now, name);
     const Resources::Text* shown = find_text(then, name);
     if (all != nullptr && shown != nullptr &&
-        std::ranges::includes(lines_of(all->content), lines_of(shown->content))) {
+        std::ranges::includes(distinct_lines(all->content), distinct_lines(shown->content))) {
       all->content = shown->content;
     }
   }

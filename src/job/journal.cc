@@ -19,6 +19,7 @@
 #include "core/message.h"
 #include "core/text.h"
 #include "image/temporary_file.h"
+#include "image/write_file.h"
 
 namespace gamer {
 namespace {
@@ -175,10 +176,6 @@ class NoJournal : public InputError {
 
 RunError read_failure(const std::filesystem::path& path, int error) {
   return run_error("{}: cannot read: {}", path.string(), std::strerror(error));
-}
-
-RunError write_failure(const std::filesystem::path& path, int error) {
-  return run_error("{}: cannot write: {}", path.string(), std::strerror(error));
 }
 
 /// Reads up to `bytes.size()` bytes, fewer at the end of the file. Throws RunError.
@@ -397,7 +394,7 @@ void Journal::add_end() {
   const Entry entry{EntryKind::end};
   entry_.assign(sizeof entry, std::byte{0});
   add(entry);
-  if (is_begun() && fdatasync(descriptor_) != 0) throw write_failure(path_, errno);
+  if (is_begun() && fdatasync(descriptor_) != 0) throw write_failure(path_);
 }
 
 void Journal::remove() {
@@ -425,7 +422,7 @@ void Journal::begin() {
   // The file has another name until its head is on disk, so that no journal lacks its head.
   TemporaryFile temporary(path_);
   descriptor_ = ::open(temporary.path().c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-  if (descriptor_ < 0) throw write_failure(path_, errno);
+  if (descriptor_ < 0) throw write_failure(path_);
   try {
     flock(descriptor_, LOCK_EX | LOCK_NB);
     write_head();
@@ -457,7 +454,7 @@ void Journal::write_head() {
 }
 
 void Journal::cut_tail() {
-  if (ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) throw write_failure(path_, errno);
+  if (ftruncate(descriptor_, static_cast<off_t>(size_)) != 0) throw write_failure(path_);
   tail_ = 0;
 }
 
@@ -466,7 +463,7 @@ void Journal::write(std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
     const ssize_t count = ::write(descriptor_, bytes.data(), bytes.size());
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) throw write_failure(path_, errno);
+    if (count < 0) throw write_failure(path_);
     bytes = bytes.subspan(static_cast<std::size_t>(count));
   }
 }
@@ -474,7 +471,7 @@ void Journal::write(std::span<const std::byte> bytes) {
 void Journal::sync_when_due() {
   const double now = clock_();
   if (now - synced_ < interval_) return;
-  if (fdatasync(descriptor_) != 0) throw write_failure(path_, errno);
+  if (fdatasync(descriptor_) != 0) throw write_failure(path_);
   synced_ = clock_();
 }
 

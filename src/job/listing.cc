@@ -62,7 +62,7 @@ std::string group_text(const Group& group, bool markdown) {
 }
 
 /// Names with their meanings, a line each.
-std::string lines_of(const std::vector<std::pair<std::string, std::string>>& rows) {
+std::string rows_text(const std::vector<std::pair<std::string, std::string>>& rows) {
   std::size_t width = 0;
   for (const auto& [name, meaning] : rows) width = std::max(width, name.size());
   std::string result;
@@ -87,7 +87,7 @@ std::string list_data(Resources& resources, const std::string& kind,
     }
     rows.emplace_back(name, std::move(meaning));
   }
-  return lines_of(rows);
+  return rows_text(rows);
 }
 
 /// The description in [galaxy] of a galaxy file.
@@ -107,7 +107,7 @@ std::string list_components() {
   for (const ComponentKind& kind : component_kinds()) {
     rows.emplace_back(kind.name, kind.description);
   }
-  return lines_of(rows);
+  return rows_text(rows);
 }
 
 std::string list_galaxies(Resources& resources) {
@@ -153,7 +153,7 @@ std::string list_noises() {
   for (const Noise* noise : noise_kinds()) {
     rows.emplace_back(std::string(noise->name()), std::string(noise->description()));
   }
-  return lines_of(rows);
+  return rows_text(rows);
 }
 
 std::string list_parameters(const std::string& kind, bool markdown) {
@@ -165,10 +165,8 @@ std::string list_parameters(const std::string& kind, bool markdown) {
   }
   if (result.empty()) {
     const std::vector<std::string> known = parameter_kinds();
-    std::string names;
-    for (const std::string& name : known) names += (names.empty() ? "" : ", ") + name;
     throw input_error({"--list-parameters", 0, 0}, "unknown kind {}; known are {}{}",
-                      in_quotes(kind), names, did_you_mean(kind, known));
+                      in_quotes(kind), fmt::join(known, ", "), did_you_mean(kind, known));
   }
   return result;
 }

@@ -42,7 +42,7 @@ struct Line {
 
 double ratio(double part, double whole) { return whole > 0 ? part / whole : 0; }
 
-std::string text_of(const Line& line, const std::string& name) {
+std::string line_text(const Line& line, const std::string& name) {
   const RenderCounts& counts = line.counts;
   const auto percent = [&](double seconds) { return 100 * ratio(seconds, line.available); };
   const double named = counts.noise_seconds + counts.envelope_seconds + counts.transfer_seconds;
@@ -99,9 +99,9 @@ std::string report_text(std::span<const RankReport> ranks, double pixels) {
     Line line;
     line.add(ranks[rank]);
     all.add(ranks[rank]);
-    text += text_of(line, fmt::format("{}", rank));
+    text += line_text(line, fmt::format("{}", rank));
   }
-  if (ranks.size() > 1) text += text_of(all, "all");
+  if (ranks.size() > 1) text += line_text(all, "all");
   text += fmt::format("gamer: per pixel {}, {:.3f} us of a core\n", work_text(all.counts, pixels),
                       1e6 * ratio(all.compute, pixels));
   if (all.layer_counts.rays > 0) {

@@ -202,8 +202,8 @@ void say_where_the_time_went(const Ranks& ranks, const MessageLog& log, const Ra
 }
 
 /// Rank 0 calls it for stamps. Returns their pixels. `clock` has run since the job began.
-double render_stamps(const Ranks& ranks, const MessageLog& log, const Clock& clock,
-                     StampTask& stamps, int threads, Executor& executor, RankReport& report) {
+double run_stamps(const Ranks& ranks, const MessageLog& log, const Clock& clock, StampTask& stamps,
+                  int threads, Executor& executor, RankReport& report) {
   stamps.complete(ranks, threads, progress_style(log));
   stamps.render(executor, progress_style(log), report);
   log.result(fmt::format("{}, {:.1f} s", stamps.plan(), clock.seconds()));
@@ -213,9 +213,9 @@ double render_stamps(const Ranks& ranks, const MessageLog& log, const Clock& clo
 
 /// Every rank calls it for an image, and ranks other than 0 for stamps. Returns the pixels of the
 /// image. `clock` has run since the job began.
-double render_image(const Ranks& ranks, const RunOptions& options, const MessageLog& log,
-                    const Clock& clock, ImageTask* work, std::string packed, int threads,
-                    Executor& executor, RankReport& report) {
+double run_image(const Ranks& ranks, const RunOptions& options, const MessageLog& log,
+                 const Clock& clock, ImageTask* work, std::string packed, int threads,
+                 Executor& executor, RankReport& report) {
   const auto pixels = [](const Camera& camera) {
     return static_cast<double>(camera.window().width) * camera.window().height;
   };
@@ -251,9 +251,9 @@ double render_image(const Ranks& ranks, const RunOptions& options, const Message
 }
 
 /// Every rank calls it. Returns the pixels of all frames.
-double render_film(const Ranks& ranks, const RunOptions& options, const MessageLog& log,
-                   std::unique_ptr<Film> film, std::string packed, int threads, Executor& executor,
-                   RankReport& report) {
+double run_film(const Ranks& ranks, const RunOptions& options, const MessageLog& log,
+                std::unique_ptr<Film> film, std::string packed, int threads, Executor& executor,
+                RankReport& report) {
   if (film == nullptr) film = Film::unpack(packed, options.work);
   packed.clear();
   packed.shrink_to_fit();
@@ -302,13 +302,13 @@ void run_job(const Ranks& ranks, const RunOptions& options, MessageLog& log) {
   std::string image = ranks.broadcast(travels ? pack_for_ranks(job->record) : "");
   double pixels = 0;
   if (!film.empty()) {
-    pixels = render_film(ranks, options, log, std::move(task.film), std::move(film), threads,
-                         *executor, report);
+    pixels = run_film(ranks, options, log, std::move(task.film), std::move(film), threads,
+                      *executor, report);
   } else if (task.stamps) {
-    pixels = render_stamps(ranks, log, clock, *task.stamps, threads, *executor, report);
+    pixels = run_stamps(ranks, log, clock, *task.stamps, threads, *executor, report);
   } else if (task.work || !image.empty()) {
-    pixels = render_image(ranks, options, log, clock, task.work.get(), std::move(image), threads,
-                          *executor, report);
+    pixels = run_image(ranks, options, log, clock, task.work.get(), std::move(image), threads,
+                       *executor, report);
   } else {
     return;
   }

@@ -16,8 +16,6 @@
 namespace gamer {
 namespace {
 
-constexpr std::string_view no_value_word = "-";
-
 /// Rows of the recorded columns that belong to the scene's list.
 DataTable chosen_columns(const Resources::Text& text, std::span<const std::size_t> rows) {
   const Catalogue catalogue = Catalogue::parse(text.content, text.name, CatalogueFormat::ecsv);

@@ -38,13 +38,11 @@ HWY_INLINE void SeeOctavesOf(std::size_t size, const float* HWY_RESTRICT footpri
       const auto signal = hn::Mul(height, ridge);
       sum = hn::MulAdd(signal, hn::Set(d, in.weight), sum);
       const auto next = hn::Mul(signal, hn::Set(d, combination.ridge_gain));
-      ridge = hn::Min(hn::Max(next, zero), one);
+      ridge = Clamp01(d, next);
     };
     for (const SeenOctave& in : octaves.first(in_sight)) {
-      auto u = hn::NegMulAdd(width, hn::Set(d, in.fade_slope), hn::Set(d, in.fade_shift));
-      u = hn::Min(hn::Max(u, zero), one);
       const auto seen =
-          hn::Mul(hn::Mul(u, u), hn::NegMulAdd(hn::Set(d, 2.0f), u, hn::Set(d, 3.0f)));
+          Smoothstep(d, hn::NegMulAdd(width, hn::Set(d, in.fade_slope), hn::Set(d, in.fade_shift)));
       const auto value = hn::Load(d, in.values + i);
       const auto weight = hn::Set(d, in.weight);
       if constexpr (kind == Kind::multiplicative) {

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -73,12 +74,8 @@ void check_units(const OperationCall& call, const Operand& operand, const PlaneI
 
 /// The unit of a product of values with these units.
 std::string product_unit(const std::vector<std::string>& units) {
-  std::string result;
-  for (const std::string& unit : units) {
-    if (unit.empty()) continue;
-    result += (result.empty() ? "" : " ") + unit;
-  }
-  return result;
+  const auto is_unit = [](const std::string& unit) { return !unit.empty(); };
+  return fmt::format("{}", fmt::join(units | std::views::filter(is_unit), " "));
 }
 
 int combine_files(const OperationCall& call, Combination combination) {

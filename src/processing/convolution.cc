@@ -120,7 +120,7 @@ int scaling_exponent(double largest) {
 constexpr int no_source = std::numeric_limits<int>::min();
 
 /// The pixel of [0, size) that stands for x, or no_source.
-int source_of(int x, int size, EdgeMode edge) {
+int pixel_for(int x, int size, EdgeMode edge) {
   if (x >= 0 && x < size) return x;
   if (edge == EdgeMode::zero) return no_source;
   const int period = edge == EdgeMode::wrap ? size : 2 * size;
@@ -154,7 +154,7 @@ Columns make_columns(int first, int count, int size, EdgeMode edge) {
     return columns;
   }
   std::vector<int>& places = columns.places;
-  for (int i = 0; i < count; ++i) places.push_back(source_of(first + i, size, edge));
+  for (int i = 0; i < count; ++i) places.push_back(pixel_for(first + i, size, edge));
   const auto [low, high] = std::minmax_element(places.begin(), places.end());
   columns.runs[0] = {*low, *high + 1 - *low};
   if (edge == EdgeMode::wrap && count < size) {
@@ -439,7 +439,7 @@ void ConvolvedPlane<Real>::read_tile(const ConvolutionKernel<Real>& kernel, cons
 /// downwards.
 template <class Real>
 auto ConvolvedPlane<Real>::source_rows(const Area& input, int row, int most) const -> SourceRows {
-  const auto source_row = [&](int y) { return source_of(input.y + y, this->height(), edge_); };
+  const auto source_row = [&](int y) { return pixel_for(input.y + y, this->height(), edge_); };
   SourceRows result{source_row(row), 1, 1};
   if (result.first == no_source) return result;
   if (row + 1 < input.height && source_row(row + 1) == result.first - 1) result.step = -1;

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -14,6 +13,7 @@
 #include "gamer/core/capitals.h"
 #include "gamer/core/near.h"
 #include "gamer/core/printable.h"
+#include "image/fits/card_record.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
 
@@ -36,9 +36,8 @@ struct StackedPlane {
 void take_plane_cards(const FitsHdu& hdu, int plane, StackedPlane& out) {
   FitsHeader header = hdu.header;
   for (const std::string_view key : plane_keys()) {
-    auto card = header.card(fmt::format("{}{}", key, plane + 1));
-    if (!card) card = header.card(key);
-    if (card) {
+    const auto get = [&](const std::string& name) { return header.card(name); };
+    if (auto card = of_plane(key, plane, get)) {
       card->key = key;
       out.cards.push_back(*card);
     }
@@ -77,8 +76,8 @@ std::vector<StackedPlane> read_planes(const OperationCall& call,
   return planes;
 }
 
-std::vector<StackedPlane> chosen_planes(const OperationCall& call,
-                                        std::vector<StackedPlane> planes) {
+std::vector<StackedPlane> planes_in_order(const OperationCall& call,
+                                          std::vector<StackedPlane> planes) {
   if (call.parameters.has("planes")) {
     std::vector<StackedPlane> chosen;
     for (const double wanted : call.parameters.numbers("planes")) {
@@ -129,9 +128,8 @@ void check_planes_fit(const std::vector<StackedPlane>& planes, bool one_unit) {
 std::string file_label(const PlaneInfo& info, std::size_t number, std::set<std::string>& taken) {
   std::string label = info.label.empty() ? fmt::format("{}", number) : info.label;
   for (char& c : label) {
-    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 ||
-                          std::string_view("-_.+").find(c) != std::string_view::npos;
-    if (!is_plain) c = '_';
+    const bool is_mark = std::string_view("-_.+").find(c) != std::string_view::npos;
+    if (!is_letter_or_digit(c) && !is_mark) c = '_';
   }
   if (!taken.insert(label).second) {
     label += fmt::format("_{}", number);
@@ -187,7 +185,7 @@ void write_stacked_cube(const OperationCall& call, const std::vector<StackedPlan
 
 int stack_files(const OperationCall& call) {
   const std::vector<FitsInput> inputs(call.inputs.begin(), call.inputs.end());
-  const std::vector<StackedPlane> planes = chosen_planes(call, read_planes(call, inputs));
+  const std::vector<StackedPlane> planes = planes_in_order(call, read_planes(call, inputs));
   const std::string& layout = call.parameters.text("layout");
   if (layout == "cube") {
     check_planes_fit(planes, true);
@@ -309,10 +307,6 @@ Card parse_setting(const std::string& text) {
   return card;
 }
 
-const FitsHeader& source_header(const FitsInput& source) {
-  return source.hdus()[chosen_hdus("header", source, "first").front()].header;
-}
-
 void edit_header(const OperationCall& call, const FitsInput& input,
                  const std::optional<FitsInput>& source, FitsHeader& header) {
   const ParameterSet& parameters = call.parameters;
@@ -323,7 +317,8 @@ void edit_header(const OperationCall& call, const FitsInput& input,
   }
   for (const std::string& text : parameters.texts("set")) header.set(parse_setting(text));
   for (const std::string& key : parameters.texts("copy")) {
-    const std::optional<Card> card = source_header(*source).card(key);
+    const std::size_t first = chosen_hdus("header", *source, "first").front();
+    const std::optional<Card> card = source->hdus()[first].header.card(key);
     if (!card) {
       throw input_error("gutil header: --copy {}: {} has no such card", key, source->name());
     }
@@ -359,10 +354,6 @@ int edit_file(const OperationCall& call) {
   return 0;
 }
 
-std::string shown(const std::string& record) {
-  return printable(record.substr(0, record.find_last_not_of(' ') + 1));
-}
-
 int show_header(const OperationCall& call) {
   if (call.inputs.size() != 1) {
     throw InputError("gutil header: shows one file; an output goes with --set, --delete or --copy");
@@ -386,7 +377,9 @@ int show_header(const OperationCall& call) {
     if (chosen.size() > 1) {
       text = fmt::format("# HDU {}{}{}\n", hdu.number, hdu.name.empty() ? "" : " ", hdu.name);
     }
-    for (const std::string& record : hdu.header.records()) text += shown(record) + "\n";
+    for (const std::string& record : hdu.header.records()) {
+      text += printable(trim_right(record)) + "\n";
+    }
     call.print(text);
   }
   return 0;

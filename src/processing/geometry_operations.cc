@@ -86,7 +86,7 @@ bool is_relative(const PlaneTask& task) {
 }
 
 /// Flux or brightness: the value of --values, else by the header.
-PixelValues values_of(const OperationCall& call, const PlaneTask& task) {
+PixelValues flux_or_brightness(const OperationCall& call, const PlaneTask& task) {
   if (call.parameters.has("values")) {
     return call.parameters.text("values") == "flux" ? PixelValues::flux : PixelValues::brightness;
   }
@@ -390,12 +390,12 @@ int bin_file(const OperationCall& call) {
       call,
       [&](const PlaneTask& task) {
         refuse_magnitudes(call.operation, task.label, task.info.unit);
-        return bin(checked(task), n[0], n[1], values_of(call, task));
+        return bin(checked(task), n[0], n[1], flux_or_brightness(call, task));
       },
       [&](const FitsHeader&, int, int) { return bin_map(n[0], n[1]); },
       [&](const PlaneTask& task) {
         const PlanePtr sum = bin(checked(task), n[0], n[1], PixelValues::flux);
-        if (values_of(call, task) == PixelValues::flux) return sum;
+        if (flux_or_brightness(call, task) == PixelValues::flux) return sum;
         const double count = static_cast<double>(n[0]) * n[1];
         return scaled(sum, 1 / (count * count), 0);
       });
@@ -456,7 +456,7 @@ int resample_file(const OperationCall& call) {
         refuse_magnitudes(call.operation, task.label, task.info.unit);
         const ResampleGrid grid =
             grid_of(call, task.header, task.plane->width(), task.plane->height());
-        return resample(task.plane, grid, kernel, values_of(call, task));
+        return resample(task.plane, grid, kernel, flux_or_brightness(call, task));
       },
       [&](const FitsHeader& header, int width, int height) {
         return resample_map(grid_of(call, header, width, height));

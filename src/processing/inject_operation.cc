@@ -158,8 +158,8 @@ const PlaneTask& InjectOperation::light_of(const PlaneTask& science) const {
 /// AB magnitude of the value 1 of the science image.
 CardValue InjectOperation::zero_point(const PlaneTask& science, const PlaneTask& light) const {
   if (has("zero_point")) return {plane_value(call_, "zero_point", science), "--zero-point"};
-  const auto card = zero_point_of(headers_, science.info.plane, science.info.planes,
-                                  fmt::format("gutil inject: {}: ", science.label));
+  const auto card =
+      zero_point_of(headers_, science.info.plane, fmt::format("gutil inject: {}: ", science.label));
   if (card) return *card;
   if (instrument_.is_given()) {
     // Counts (ADU) of the whole exposure.
@@ -174,7 +174,7 @@ CardValue InjectOperation::zero_point(const PlaneTask& science, const PlaneTask&
 std::optional<CardValue> InjectOperation::gain(const PlaneTask& science) const {
   if (call_.parameters.boolean("no_noise")) return std::nullopt;
   if (has("gain")) return CardValue{plane_value(call_, "gain", science), "--gain"};
-  const auto card = gain_of(headers_, science.info.plane, science.info.planes);
+  const auto card = gain_of(headers_, science.info.plane);
   if (card) return card;
   if (instrument_.is_given()) return CardValue{instrument_.get().gain, "--instrument"};
   fail("{} has no positive {}; give --gain (electrons per unit of the pixels), or --no-noise",

@@ -12,6 +12,7 @@
 #include "gamer/core/units.h"
 #include "processing/arithmetic.h"
 #include "processing/detector.h"
+#include "processing/plane_info.h"
 
 namespace gamer {
 namespace {
@@ -19,15 +20,11 @@ namespace {
 /// Zero points of one image that differ by less are equal, mag.
 constexpr double zero_point_error = 1e-3;
 
-/// The number of a plane's own card, or of a card for all planes.
-std::optional<CardValue> plane_card(const FitsHeader& header, std::string_view key, int plane,
-                                    int planes) {
-  const std::string numbered = fmt::format("{}{}", key, plane + 1);
-  if (planes > 1) {
-    if (const auto value = header.number(numbered)) return CardValue{*value, numbered};
-  }
-  if (const auto value = header.number(key)) return CardValue{*value, std::string(key)};
-  return std::nullopt;
+std::optional<CardValue> plane_card(const FitsHeader& header, std::string_view key, int plane) {
+  return of_plane(key, plane, [&](const std::string& name) -> std::optional<CardValue> {
+    if (const auto value = header.number(name)) return CardValue{*value, name};
+    return std::nullopt;
+  });
 }
 
 /// The zero point of a flux density in a unit of janskys: 8.9 is that of 1 Jy (AB).
@@ -106,12 +103,12 @@ std::span<const std::string_view> gain_keys() {
   return keys;
 }
 
-std::optional<CardValue> zero_point_of(std::span<const FitsHeader> headers, int plane, int planes,
+std::optional<CardValue> zero_point_of(std::span<const FitsHeader> headers, int plane,
                                        const std::string& context) {
   for (const FitsHeader& header : headers) {
     std::optional<CardValue> found;
     for (const std::string_view key : zero_point_keys()) {
-      const auto card = plane_card(header, key, plane, planes);
+      const auto card = plane_card(header, key, plane);
       if (!card) continue;
       if (!found) found = card;
       if (std::abs(card->value - found->value) > zero_point_error) {
@@ -127,10 +124,10 @@ std::optional<CardValue> zero_point_of(std::span<const FitsHeader> headers, int 
   return std::nullopt;
 }
 
-std::optional<CardValue> gain_of(std::span<const FitsHeader> headers, int plane, int planes) {
+std::optional<CardValue> gain_of(std::span<const FitsHeader> headers, int plane) {
   for (const FitsHeader& header : headers) {
     for (const std::string_view key : gain_keys()) {
-      const auto card = plane_card(header, key, plane, planes);
+      const auto card = plane_card(header, key, plane);
       if (card && card->value > 0) return card;
     }
   }

@@ -23,14 +23,14 @@ struct CardValue {
 std::span<const std::string_view> zero_point_keys();
 std::span<const std::string_view> gain_keys();
 
-/// Zero point of plane `plane` of an HDU of `planes` planes, from a card of zero_point_keys(), else
-/// from BUNIT (nJy, uJy, mJy, Jy). `headers` are the HDU's header, then those that stand in for it,
-/// such as the primary one. The first header with such a card counts. Throws InputError, beginning
-/// with `context`, where cards of one header contradict each other.
-std::optional<CardValue> zero_point_of(std::span<const FitsHeader> headers, int plane, int planes,
+/// Zero point of a plane of an HDU, from a card of zero_point_keys(), else from BUNIT (nJy, uJy,
+/// mJy, Jy). `headers` are the HDU's header, then those that stand in for it, such as the primary
+/// one. The first header with such a card counts. Throws InputError, beginning with `context`,
+/// where cards of one header contradict each other.
+std::optional<CardValue> zero_point_of(std::span<const FitsHeader> headers, int plane,
                                        const std::string& context);
 /// Gain of the plane; nothing where no card has a positive number.
-std::optional<CardValue> gain_of(std::span<const FitsHeader> headers, int plane, int planes);
+std::optional<CardValue> gain_of(std::span<const FitsHeader> headers, int plane);
 
 /// The shift of a small image's pixels on a large image, by the world coordinates of both.
 struct GridShift {

@@ -114,8 +114,8 @@ std::optional<EllipseShape> fitted_shape(const Image& image, const IsophoteOptio
   return std::nullopt;
 }
 
-void measure(const Image& image, const Plane& plane, const IsophoteOptions& options,
-             Isophote& isophote) {
+void measure_isophote(const Image& image, const Plane& plane, const IsophoteOptions& options,
+                      Isophote& isophote) {
   const Ring ring = ring_at(image, options, isophote.radius, isophote.axis_ratio, isophote.angle);
   isophote.brightness = ring.mean;
   isophote.error = ring.error;
@@ -172,7 +172,7 @@ std::vector<Isophote> isophotes(const Image& image, const IsophoteOptions& optio
 std::vector<Isophote> on_isophotes(const Image& image, const IsophoteOptions& options,
                                    std::vector<Isophote> shapes) {
   const PlanePtr plane = memory_plane(image);
-  for (Isophote& isophote : shapes) measure(image, *plane, options, isophote);
+  for (Isophote& isophote : shapes) measure_isophote(image, *plane, options, isophote);
   return shapes;
 }
 

@@ -90,16 +90,14 @@ Operation morphology_operation() {
           "is where I(r)/<I>(<r) = 0.2. The flux is that within 1.5 Rp. C = 5 log10(r80/r20). A = "
           "(min sum|I - I180| - noise)/sum|I|. The centre of least A, found to 1/64 pixel, is the "
           "centre of all circles. S = 10 (sum max(0, I - Is) - noise)/sum I, with a box of 0.3 Rp "
-          "and without "
-          "the innermost 0.075 Rp; smoothness_lotz has no factor 10, a box of 0.25 Rp, and radii "
-          "from 0.25 Rp. Gini and M20 are of the pixels above the mean on the Petrosian ellipse, "
-          "after a Gaussian of sigma Rp/5. bulge_statistic = -0.693 M20 + 4.95 G - 3.96. The "
-          "noise in A and S is measured in the image's corners. With --sky-sigma it is white noise "
-          "of this deviation (0: none). Pixels must hold light in linear units; rendered images "
-          "have no "
-          "sky. At least 300 pixels across 2 Rp make numbers comparable with published ones. A "
-          "galaxy whose circle of 1.5 Rp leaves the image is refused. A plane is held in memory, "
-          "about 60 bytes per pixel.",
+          "and without the innermost 0.075 Rp; smoothness_lotz has no factor 10, a box of 0.25 Rp, "
+          "and radii from 0.25 Rp. Gini and M20 are of the pixels above the mean on the Petrosian "
+          "ellipse, after a Gaussian of sigma Rp/5. bulge_statistic = -0.693 M20 + 4.95 G - 3.96. "
+          "The noise in A and S is measured in the image's corners. With --sky-sigma it is white "
+          "noise of this deviation (0: none). Pixels must hold light in linear units; rendered "
+          "images have no sky. At least 300 pixels across 2 Rp make numbers comparable with "
+          "published ones. A galaxy whose circle of 1.5 Rp leaves the image is refused. A plane is "
+          "held in memory, about 60 bytes per pixel.",
       .result = Operation::Result::text,
       .parameters = with_output(
           galaxy_parameters() +

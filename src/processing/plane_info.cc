@@ -17,14 +17,6 @@
 namespace gamer {
 namespace {
 
-/// The value of a plane's own card, or of a card for all planes.
-template <class Get>
-auto plane_value(const std::string& key, int plane, int planes, Get get) {
-  auto value = get(fmt::format("{}{}", key, plane + 1));
-  if (!value && planes >= 1) value = get(key);
-  return value;
-}
-
 /// Magnitudes per factor of 10 in flux.
 constexpr double pogson = 2.5;
 
@@ -177,13 +169,13 @@ PlaneInfo plane_info(const FitsHeader& header, int plane, int planes) {
   PlaneInfo info;
   info.plane = plane;
   info.planes = planes;
-  info.wavelength = plane_value("WAVELEN", plane, planes, number);
+  info.wavelength = of_plane("WAVELEN", plane, number);
   if (!info.wavelength) info.wavelength = axis_wavelength(header, plane);
-  info.zero_point = plane_value("MAGZERO", plane, planes, number);
+  info.zero_point = of_plane("MAGZERO", plane, number);
   info.unit = header.text("BUNIT").value_or("");
   const std::optional<std::string> name = header.text("EXTNAME");
   if (is_variance_name(name.value_or(""))) info.role = PlaneRole::variance;
-  if (const auto band = plane_value("BAND", plane, planes, text)) {
+  if (const auto band = of_plane("BAND", plane, text)) {
     info.label = *band;
   } else if (name && planes == 1) {
     info.label = *name;

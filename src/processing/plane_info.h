@@ -1,5 +1,7 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <optional>
 #include <span>
 #include <string>
@@ -16,9 +18,8 @@ enum class PlaneRole {
   variance  ///< variance of another image's pixels: EXTNAME VARIANCE or ..._VARIANCE
 };
 
-/// Description of one plane of an HDU (counted from 0), from the header. In an HDU of several
-/// planes, keys of a plane's cards end in its number, from 1 ("MAGZERO2"). In an HDU of one plane
-/// they have no number.
+/// Description of one plane of an HDU (counted from 0), from the header. Keys of a plane's own
+/// cards end in its number, from 1 ("MAGZERO2"); in an HDU of one plane most have no number.
 struct PlaneInfo {
   int plane = 0;
   int planes = 1;     ///< planes of the HDU
@@ -30,6 +31,13 @@ struct PlaneInfo {
   PlaneRole role = PlaneRole::light;
 };
 PlaneInfo plane_info(const FitsHeader& header, int plane, int planes);
+
+/// What get(key) finds for a plane's own card, KEYn, or else for the card that serves all planes.
+template <class Get>
+auto of_plane(std::string_view key, int plane, Get get) {
+  auto found = get(fmt::format("{}{}", key, plane + 1));
+  return found ? found : get(std::string(key));
+}
 
 /// Keys of cards that describe one plane, as in an HDU of one plane.
 std::span<const std::string_view> plane_keys();

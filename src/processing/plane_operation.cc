@@ -16,12 +16,6 @@ int plane_count(const FitsInput& input) {
   return count;
 }
 
-int image_count(const FitsInput& input) {
-  int count = 0;
-  for (const FitsHdu& hdu : input.hdus()) count += hdu.is_image() ? 1 : 0;
-  return count;
-}
-
 }  // namespace
 
 int output_bitpix(const OperationCall& call, const FitsHdu& hdu) {
@@ -35,7 +29,7 @@ int output_bitpix(const OperationCall& call, const FitsHdu& hdu) {
 }
 
 std::string hdu_label(const FitsInput& input, const FitsHdu& hdu) {
-  if (image_count(input) == 1) return input.name();
+  if (std::ranges::count_if(input.hdus(), &FitsHdu::is_image) == 1) return input.name();
   const std::string name = hdu.name.empty() ? fmt::format("{}", hdu.number) : hdu.name;
   return fmt::format("{}[{}]", input.name(), name);
 }

@@ -101,7 +101,7 @@ ValueMoments moments_of_values(Field& field, Function function) {
   return result;
 }
 
-std::vector<double> window(const SpectrumOptions& options, int side) {
+std::vector<double> window_weights(const SpectrumOptions& options, int side) {
   std::vector<double> weights(static_cast<std::size_t>(side), 1.0);
   if (options.window == SpectrumWindow::none) return weights;
   const double rise = side * (options.window == SpectrumWindow::hann ? 0.5 : options.taper);
@@ -254,8 +254,8 @@ PowerSpectrum power_spectrum(const Plane& plane, const SpectrumOptions& options,
   result.log_sigma = logarithms.count > 1 ? logarithms.sigma : no_value;
   result.log_skewness = logarithms.count > 1 ? logarithms.skewness : no_value;
 
-  const std::vector<double> across = window(options, plane.width());
-  const std::vector<double> up = window(options, plane.height());
+  const std::vector<double> across = window_weights(options, plane.width());
+  const std::vector<double> up = window_weights(options, plane.height());
   for (int y = 0; y < field.height(); ++y) {
     double* row = field.row(y);
     const double weight = up[static_cast<std::size_t>(y)];

@@ -150,13 +150,6 @@ void put_disk(DataTable& table, const PlaneProfile& profile, const GalaxyPlane& 
   put(table, "sky", profile.galaxy.sky, "", "subtracted from each pixel");
 }
 
-void check_call(const OperationCall& call) {
-  check_table(call);
-  check_output(call, "plot", {".png"});
-  check_radii(call, "radius");
-  check_radii(call, "range");
-}
-
 std::vector<PlaneProfile> measured_profiles(const OperationCall& call,
                                             const std::vector<PlaneTask>& tasks) {
   std::vector<PlaneProfile> profiles;
@@ -217,7 +210,10 @@ void draw_profiles(const OperationCall& call, const std::vector<PlaneProfile>& p
 }
 
 int run_profile(const OperationCall& call) {
-  check_call(call);
+  check_table(call);
+  check_output(call, "plot", {".png"});
+  check_radii(call, "radius");
+  check_radii(call, "range");
   use_threads(call.threads);
   const FitsInput input(call.inputs.front());
   const std::vector<PlaneProfile> profiles = measured_profiles(call, chosen_planes(call, input));
@@ -251,10 +247,9 @@ Operation profile_operation() {
           "Ellipses about one centre, by default the nucleus, are fitted to the first plane. The "
           "fit removes the second harmonic of the brightness along them (Jedrzejewski 1987). "
           "--axis-ratio and --position-angle give ellipses instead. All planes are measured on "
-          "these ellipses. magnitude needs MAGZERO; surface_brightness needs MAGZERO and "
-          "celestial coordinates. colour is the first plane's surface brightness less the plane's, "
-          "in magnitudes. flux is the sum within the ellipse, with exact fractions of pixels. "
-          "fitted "
+          "these ellipses. magnitude needs MAGZERO; surface_brightness needs MAGZERO and celestial "
+          "coordinates. colour is the first plane's surface brightness less the plane's, in "
+          "magnitudes. flux is the sum within the ellipse, with exact fractions of pixels. fitted "
           "says whether the shape was found. Where the light is too faint for a fit, the ellipse "
           "keeps the shape of its neighbour. The table of disks has an exponential fit, type I. "
           "Where a broken exponential has significantly smaller residuals, the table has this fit "

@@ -94,7 +94,7 @@ void draw_disk(Drawing& drawing, const LinearScale& x, const LinearScale& y,
   drawing.no_clip();
 }
 
-void draw_legend(Drawing& drawing, const std::vector<ProfileCurve>& curves) {
+void draw_labels(Drawing& drawing, const std::vector<ProfileCurve>& curves) {
   double baseline = 40 + 1.8 * font_size;
   for (std::size_t i = 0; i < curves.size(); ++i, baseline += 1.4 * font_size) {
     if (curves[i].label.empty()) continue;
@@ -138,7 +138,7 @@ void write_profile_plot(const std::filesystem::path& path, const std::vector<Pro
     drawing.dot(x(shapes[j].radius), ellipticity(ellipticities[j]), profile_dot);
     drawing.dot(x(shapes[j].radius), angle(angles[j]), profile_dot);
   }
-  draw_legend(drawing, curves);
+  draw_labels(drawing, curves);
   drawing.colour(black);
   drawing.text("semi-major axis (pixels)", (x.first + x.last) / 2, profile_height - font_size, 0.5);
   drawing.write(path, overwrite);

@@ -144,18 +144,18 @@ bool is_aligned(const PsfModel& model, double& sigma_x, double& sigma_y) {
   return model.axis_ratio == 1 || turn == 0 || std::abs(turn) == 90;
 }
 
-void check(bool is_good, const char* message) {
+void require(bool is_good, const char* message) {
   if (!is_good) throw std::invalid_argument(message);
 }
 
 }  // namespace
 
 Psf::Psf(const PsfModel& model) : model_(model) {
-  check(model.fwhm > 0 && std::isfinite(model.fwhm), "FWHM outside ]0, inf[");
-  check(model.beta > 1 && std::isfinite(model.beta), "beta outside ]1, inf[");
-  check(model.obscuration >= 0 && model.obscuration < 1, "obscuration outside [0, 1[");
-  check(model.axis_ratio > 0 && model.axis_ratio <= 1, "axis ratio outside ]0, 1]");
-  check(std::isfinite(model.position_angle), "position angle is not finite");
+  require(model.fwhm > 0 && std::isfinite(model.fwhm), "FWHM outside ]0, inf[");
+  require(model.beta > 1 && std::isfinite(model.beta), "beta outside ]1, inf[");
+  require(model.obscuration >= 0 && model.obscuration < 1, "obscuration outside [0, 1[");
+  require(model.axis_ratio > 0 && model.axis_ratio <= 1, "axis ratio outside ]0, 1]");
+  require(std::isfinite(model.position_angle), "position angle is not finite");
   const double angle = model.position_angle * (pi / 180);
   sine_ = std::sin(angle);
   cosine_ = std::cos(angle);
@@ -187,7 +187,7 @@ double Psf::encircled_energy(double r) const { return profile_->energy(r / model
 double Stamp::sum() const { return std::accumulate(values.begin(), values.end(), 0.0); }
 
 int stamp_size(const Psf& psf, double energy) {
-  check(energy > 0 && energy < 1, "energy outside ]0, 1[");
+  require(energy > 0 && energy < 1, "energy outside ]0, 1[");
   const double stretch = 1 / std::sqrt(psf.model().axis_ratio);
   // Bisection over sides, since the radius may be far beyond the largest stamp.
   int low = 0, high = largest_chosen_stamp / 2;
@@ -205,7 +205,7 @@ int stamp_size(const Psf& psf, double energy) {
 
 Stamp make_stamp(const Psf& psf, const StampOptions& options) {
   const int size = options.size == 0 ? stamp_size(psf, options.energy) : options.size;
-  check(size >= 1 && size <= largest_stamp && size % 2 == 1, "size is not odd or too large");
+  require(size >= 1 && size <= largest_stamp && size % 2 == 1, "size is not odd or too large");
   const std::size_t count = static_cast<std::size_t>(size) * static_cast<std::size_t>(size);
   const int half = size / 2;
   Stamp stamp{size, size, std::vector<double>(count)};
@@ -246,7 +246,7 @@ Stamp make_stamp(const Psf& psf, const StampOptions& options) {
     }
   }
   const double sum = stamp.sum();
-  check(sum > 0, "the PSF is zero at all pixels");
+  require(sum > 0, "the PSF is zero at all pixels");
   if (!options.keep_missing_flux) {
     for (double& v : stamp.values) v /= sum;
   }

@@ -16,8 +16,6 @@ constexpr double default_q = 8;
 /// Pixels worked on at a time: enough for whole tiles of compressed files.
 constexpr int tile_pixels = 1 << 17;
 
-double mean_of(const Rgb& rgb) { return (rgb[0] + rgb[1] + rgb[2]) / 3; }
-
 /// A picture's numbers as a plane: row 0 is the top; red, green and blue are side by side.
 class PicturePlane final : public Plane {
  public:
@@ -162,7 +160,7 @@ Rgb StiffTone::operator()(const Rgb& rgb) const {
   if (!(luminance > 0)) return {0, 0, 0};
   const double boost = std::pow(luminance, 1 / luminance_gamma - 1);
   for (double& value : x) value = std::min(value, 1 / boost);
-  const double mean = mean_of(x);
+  const double mean = (x[0] + x[1] + x[2]) / 3;
   for (std::size_t c = 0; c < 3; ++c) {
     const double coloured = std::max(luminance + saturation * (x[c] - mean), 0.0) * boost;
     result[c] = std::min(std::pow(coloured, 1 / gamma), 1.0);

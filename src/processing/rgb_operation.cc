@@ -319,24 +319,23 @@ Operation rgb_operation() {
       .name = "rgb",
       .summary = "Colour picture (PNG, BMP)",
       .description =
-          "Red, green and blue are three files of one plane each, or the three planes of a "
-          "file. --planes names other planes, counted from 1 over all files. One plane alone is "
-          "grey. Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out. If all planes have a "
-          "wavelength (WAVELEN), the longest is red; otherwise, or with --order given, the "
-          "first plane is red. The picture's top row is the image's last. Pixels that are "
-          "missing in a channel are black.\nlupton (Lupton et al. 2004): c' = scale (c - "
-          "minimum) becomes c' F(I)/I, with I = (r' + g' + b')/3 and F(I) = 0.1 asinh(Q "
-          "I/stretch)/asinh(0.1 Q). Where the largest of the three is above 1, all are divided "
-          "by it, so hue stays. --minimum 0 --scale 1 and 8 bits give the bytes of Astropy's "
-          "make_lupton_rgb, except that Astropy sometimes rounds a saturated 255 to 254. "
-          "Defaults are chosen from the image: minimum is the sky, scale balances the "
-          "channels, stretch and Q show the outer disk and the nucleus. Where all planes have "
-          "WAVELEN and MAGZERO, scale first makes their light that per unit wavelength.\nstiff "
-          "(Bertin 2012): "
-          "x = (c - minimum)/(maximum - minimum), Y = mean x, c' = (Y + saturation (x - Y)) "
-          "Y^(1/luminance-gamma - 1), and the channel is c'^(1/gamma).\nplain: x^(1/gamma), "
-          "each channel on its own.\nauto: any number of planes, as the renderer makes its "
-          "pictures.\nThe PNG's text 'Comment' names the values that were used.",
+          "Red, green and blue are three files of one plane each, or the three planes of a file. "
+          "--planes names other planes, counted from 1 over all files. One plane alone is grey. "
+          "Variances (EXTNAME VARIANCE, ..._VARIANCE) are left out. If all planes have a "
+          "wavelength (WAVELEN), the longest is red; otherwise, or with --order given, the first "
+          "plane is red. The picture's top row is the image's last. Pixels that are missing in a "
+          "channel are black.\nlupton (Lupton et al. 2004): c' = scale (c - minimum) becomes c' "
+          "F(I)/I, with I = (r' + g' + b')/3 and F(I) = 0.1 asinh(Q I/stretch)/asinh(0.1 Q). Where "
+          "the largest of the three is above 1, all are divided by it, so hue stays. --minimum 0 "
+          "--scale 1 and 8 bits give the bytes of Astropy's make_lupton_rgb, except that Astropy "
+          "sometimes rounds a saturated 255 to 254. Defaults are chosen from the image: minimum is "
+          "the sky, scale balances the channels, stretch and Q show the outer disk and the "
+          "nucleus. Where all planes have WAVELEN and MAGZERO, scale first makes their light that "
+          "per unit wavelength.\nstiff (Bertin 2012): x = (c - minimum)/(maximum - minimum), Y = "
+          "mean x, c' = (Y + saturation (x - Y)) Y^(1/luminance-gamma - 1), and the channel is "
+          "c'^(1/gamma).\nplain: x^(1/gamma), each channel on its own.\nauto: any number of "
+          "planes, as the renderer makes its pictures.\nThe PNG's text 'Comment' names the values "
+          "that were used.",
       .least_inputs = 1,
       .most_inputs = 3,
       .result = Operation::Result::picture,

@@ -220,7 +220,7 @@ struct Quantile {
   }
 };
 
-void check(std::span<const double> fractions) {
+void check_fractions(std::span<const double> fractions) {
   for (const double q : fractions) {
     if (!(q >= 0 && q <= 1)) throw std::invalid_argument("a quantile outside [0, 1]");
   }
@@ -441,7 +441,7 @@ Statistics statistics(const Plane& plane, int threads) {
 }
 
 std::vector<double> quantiles(const Plane& plane, std::span<const double> fractions, int threads) {
-  check(fractions);
+  check_fractions(fractions);
   return Selection(plane, no_value, threads).quantiles(fractions);
 }
 
@@ -450,7 +450,7 @@ double median(const Plane& plane, int threads) {
 }
 
 std::vector<double> quantiles(std::vector<double> values, std::span<const double> fractions) {
-  check(fractions);
+  check_fractions(fractions);
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   if (values.empty()) return std::vector<double>(fractions.size(), no_value);
   const int count = static_cast<int>(values.size());

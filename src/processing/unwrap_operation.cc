@@ -182,16 +182,15 @@ Operation unwrap_operation() {
       .summary = "Deproject a disk into polar coordinates; fit its spiral arms",
       .description =
           "The disk is taken as thin. --inclination is its inclination, and --position-angle that "
-          "of "
-          "its line of nodes. The "
-          "output has azimuth, from the line of nodes and counter-clockwise, along x, and ln r or "
-          "r along y, with linear world coordinates. A value is the mean brightness over its cell, "
-          "per pixel of the input. Each plane becomes an HDU. Spirals are fitted in (ln r, "
-          "azimuth) by A(m, p) = <I exp(i(p ln r - m azimuth))>, m = 1 to 8, where each radius is "
-          "divided by its mean. The peak in p gives the pitch, tan P = m/p, and the strongest m "
-          "the number of arms. The table of arms has the contrast 2.5 log10(peak/minimum), the "
-          "mean of the arms, their FWHM, and the pitch by radius; docs/morphology.md defines them. "
-          "Tables are printed unless the output is '-'. A plane is held in memory.",
+          "of its line of nodes. The output has azimuth, from the line of nodes and "
+          "counter-clockwise, along x, and ln r or r along y, with linear world coordinates. A "
+          "value is the mean brightness over its cell, per pixel of the input. Each plane becomes "
+          "an HDU. Spirals are fitted in (ln r, azimuth) by A(m, p) = <I exp(i(p ln r - m "
+          "azimuth))>, m = 1 to 8, where each radius is divided by its mean. The peak in p gives "
+          "the pitch, tan P = m/p, and the strongest m the number of arms. The table of arms has "
+          "the contrast 2.5 log10(peak/minimum), the mean of the arms, their FWHM, and the pitch "
+          "by radius; docs/morphology.md defines them. Tables are printed unless the output is "
+          "'-'. A plane is held in memory.",
       .result = Operation::Result::fits,
       .parameters = with_output(
           galaxy_parameters() +

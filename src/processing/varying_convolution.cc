@@ -29,7 +29,7 @@ PlanePtr sum_of_stamps(const PlanePtr& source, const std::shared_ptr<const Varyi
   return combined(std::move(parts), Combination::sum);
 }
 
-std::span<double> values_of(const Area& area, double* values) {
+std::span<double> pixels_of(const Area& area, double* values) {
   return {values, static_cast<std::size_t>(area.width) * area.height};
 }
 
@@ -41,21 +41,21 @@ class VaryingConvolution final : public Plane {
         source_(source),
         light_(sum_of_stamps(changed(source,
                                      [](const Area& area, double* values) {
-                                       for (double& v : values_of(area, values)) {
+                                       for (double& v : pixels_of(area, values)) {
                                          v = std::isfinite(v) ? v : 0;
                                        }
                                      }),
                              psf, options)),
         good_(sum_of_stamps(changed(source,
                                     [](const Area& area, double* values) {
-                                      for (double& v : values_of(area, values)) {
+                                      for (double& v : pixels_of(area, values)) {
                                         v = std::isfinite(v) ? 1 : 0;
                                       }
                                     }),
                             psf, options)),
         all_(sum_of_stamps(changed(source,
                                    [](const Area& area, double* values) {
-                                     std::ranges::fill(values_of(area, values), 1.0);
+                                     std::ranges::fill(pixels_of(area, values), 1.0);
                                    }),
                            psf, options)),
         // Wrapped and mirrored images reach around, but no farther than the stamp.

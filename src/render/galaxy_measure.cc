@@ -37,7 +37,7 @@ constexpr double largest_change = 1e-5;
 
 /// Side of the stamp, pixels. A pixel of a round galaxy's stamp is as wide as the distance of rays.
 /// Most pixels thus have one ray; cells refine the stamp where needed.
-int stamp_size(const Accuracy& accuracy) {
+int stamp_side(const Accuracy& accuracy) {
   const double side = 2 / (accuracy.ray_spacing * accuracy.widest_footprint);
   return static_cast<int>(std::ceil(std::clamp(side, smallest_stamp, largest_stamp)));
 }
@@ -221,7 +221,7 @@ View image_view(const PlacedGalaxy& galaxy, const Camera& camera) {
 RenderParameters stamp_parameters(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                                   const Accuracy& accuracy, const Camera& camera) {
   RenderParameters view = parameters;
-  view.width = view.height = stamp_size(accuracy);
+  view.width = view.height = stamp_side(accuracy);
   view.image.region.reset();
   view.camera.projection = Projection::orthographic;
   view.camera.position = galaxy.centre + 2 * galaxy.bounding_radius * camera.towards(galaxy.centre);
@@ -337,7 +337,7 @@ FootprintRange measure_footprints(const RenderParameters& parameters, double ray
   // The stamp of a round galaxy has the narrowest footprint.
   const Accuracy accuracy = stamp_accuracy(parameters, ray_distance);
   const double widest = accuracy.widest_footprint;
-  return {std::min(2.0 / stamp_size(accuracy), widest), widest};
+  return {std::min(2.0 / stamp_side(accuracy), widest), widest};
 }
 
 GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy, int number,

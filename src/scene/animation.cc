@@ -29,7 +29,7 @@ std::vector<glm::dvec3> vectors(const std::vector<double>& numbers) {
 std::vector<double> numbers_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 /// Unit vector along v, for any length of v; not finite where v has no direction.
-glm::dvec3 direction_of(const glm::dvec3& v) {
+glm::dvec3 unit_vector(const glm::dvec3& v) {
   return glm::normalize(v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
 }
 
@@ -152,8 +152,8 @@ CameraPath::CameraPath(const RenderParameters& parameters)
     std::vector<glm::dquat> turns;
     for (std::size_t i = 0; i < ups.size(); ++i) {
       const View view = at(times_[i]);
-      const glm::dvec3 way = direction_of(view.target - view.position);
-      const glm::dvec3 up = direction_of(ups[i]);
+      const glm::dvec3 way = unit_vector(view.target - view.position);
+      const glm::dvec3 up = unit_vector(ups[i]);
       if (!(glm::length(glm::cross(way, up)) > 0)) {
         throw input_error(animation.where("up"),
                           "up of key frame {} is none or parallel to the view", i + 1);

@@ -11,6 +11,7 @@
 #include "gamer/core/random.h"
 #include "gamer/core/random_variate.h"
 #include "gamer/core/units.h"
+#include "scene/field_stars.h"
 
 namespace gamer {
 namespace {
@@ -37,12 +38,6 @@ struct TypeShare {
 constexpr TypeShare type_shares[] = {{early, 0.2}, {sbc, 0.24}, {scd, 0.32}, {irregular, 0.24}};
 
 constexpr double arcminute = 60 * arcsecond;
-
-/// A magnitude between two limits, by counts that rise as 10^(slope m).
-double magnitude_at(double bright, double faint, double slope, double u) {
-  const double rise = std::expm1(std::numbers::ln10 * slope * (faint - bright));
-  return bright + std::log1p(u * rise) / (std::numbers::ln10 * slope);
-}
 
 /// The random numbers of one object: uniform in [0, 1), one for each purpose.
 class Draws {

@@ -22,16 +22,12 @@ constexpr std::string_view view_middle = "middle of the image";
 // Key of the header in the record.
 constexpr const char* header_name = "camera.header";
 
-SkyView view_of(const RenderParameters& parameters) {
+CelestialWcs wcs_of(const RenderParameters& parameters) {
   SkyView view = parameters.camera.sky;
   view.width = parameters.width;
   view.height = parameters.height;
-  return view;
-}
-
-CelestialWcs wcs_of(const RenderParameters& parameters) {
   try {
-    return CelestialWcs(view_of(parameters));
+    return CelestialWcs(view);
   } catch (const InputError& error) {
     throw InputError(parameters.section("camera").where("sky_projection"), error.what());
   }

@@ -13,12 +13,12 @@ namespace {
 TextCatalogue read(std::string_view text, const std::string& label, CatalogueFormat format,
                    const std::string& table) {
   switch (format) {
-    case CatalogueFormat::csv: return read_csv(text, label);
+    case CatalogueFormat::csv: return read_plain(text, label, true);
     case CatalogueFormat::votable: return read_votable(text, label, table);
     case CatalogueFormat::ecsv: return read_ecsv(text, label);
     case CatalogueFormat::sextractor: return read_sextractor(text, label);
     case CatalogueFormat::skymaker: return read_skymaker(text, label);
-    default: return read_list(text, label);
+    default: return read_plain(text, label, false);
   }
 }
 

@@ -8,8 +8,7 @@
 namespace gamer {
 
 // One reader per text format; all throw InputError with line and column.
-TextCatalogue read_list(std::string_view text, const std::string& label);
-TextCatalogue read_csv(std::string_view text, const std::string& label);
+TextCatalogue read_plain(std::string_view text, const std::string& label, bool has_commas);
 /// `table` is the name, the ID or the number (from 1) of a TABLE; if it is empty, the first is
 /// read.
 TextCatalogue read_votable(std::string_view text, const std::string& label,

@@ -75,14 +75,14 @@ struct HeadContents {
 };
 
 /// The text of a key of `map`; empty where there is none.
-std::string text_of(const YAML::Node& map, const char* key, const Head& head) {
+std::string scalar_text(const YAML::Node& map, const char* key, const Head& head) {
   const YAML::Node node = map[key];
   if (!node.IsDefined() || node.IsNull()) return {};
   if (!node.IsScalar()) throw input_error(head.where(node.Mark()), "'{}' must be a text", key);
   return node.Scalar();
 }
 
-Catalogue::Kind kind_of(std::string_view datatype) {
+Catalogue::Kind kind_of_datatype(std::string_view datatype) {
   if (datatype == "string") return Catalogue::Kind::text;
   if (datatype.starts_with("float")) return Catalogue::Kind::real;
   if (datatype.starts_with("int") || datatype.starts_with("uint")) return Catalogue::Kind::integer;
@@ -94,7 +94,7 @@ HeadContents read_head(const Head& head, const YAML::Node& root) {
     throw InputError(head.where(root.Mark()), "the head must be a YAML map with a 'datatype'");
   }
   HeadContents contents;
-  const std::string delimiter = text_of(root, "delimiter", head);
+  const std::string delimiter = scalar_text(root, "delimiter", head);
   if (delimiter == ",") {
     contents.separator = Separator::quoted_commas;
   } else if (!delimiter.empty() && delimiter != " ") {
@@ -115,8 +115,9 @@ HeadContents read_head(const Head& head, const YAML::Node& root) {
     if (!column.IsMap()) {
       throw InputError(head.where(column.Mark()), "a column must be a map like {name: ra}");
     }
-    contents.columns.push_back({text_of(column, "name", head), text_of(column, "unit", head),
-                                kind_of(text_of(column, "datatype", head))});
+    contents.columns.push_back({scalar_text(column, "name", head),
+                                scalar_text(column, "unit", head),
+                                kind_of_datatype(scalar_text(column, "datatype", head))});
     if (contents.columns.back().name.empty()) {
       throw InputError(head.where(column.Mark()), "the column has no name");
     }
@@ -135,7 +136,8 @@ HeadContents read_head(const Head& head) {
 }
 
 /// Checks the row of names against the head and takes the units from the head.
-void complete(std::vector<Catalogue::Column>& columns, const std::vector<HeadColumn>& head) {
+void complete_columns(std::vector<Catalogue::Column>& columns,
+                      const std::vector<HeadColumn>& head) {
   for (std::size_t c = 0; c < std::min(columns.size(), head.size()); ++c) {
     if (columns[c].name != head[c].name) {
       throw input_error(columns[c].where, "this name is {}, but column {} of the head is {}",
@@ -179,7 +181,7 @@ TextCatalogue read_ecsv(std::string_view text, const std::string& label) {
   if (columns.empty()) {
     throw InputError({label, 0, 0}, "there is no row with the names of the columns below the head");
   }
-  complete(columns, contents.columns);
+  complete_columns(columns, contents.columns);
   RowCollector rows(text, label, contents.separator, std::move(columns));
   while (lines.next(line)) rows.add(line);
   return std::move(rows).finish();

@@ -15,15 +15,12 @@ namespace {
 constexpr int band_count = 720;
 constexpr double band_height = 180.0 / band_count;  // deg
 
-/// The magnitude than which the share u of the stars is brighter.
-double magnitude_at(const FieldStarParameters& parameters, double u) {
-  const double range = parameters.faint - parameters.bright;
-  const double a = std::numbers::ln10 * parameters.slope * range;
-  const double part = std::abs(a) < 1e-9 ? u : std::log1p(u * std::expm1(a)) / a;
-  return parameters.bright + range * part;
-}
-
 }  // namespace
+
+double magnitude_at(double bright, double faint, double slope, double u) {
+  const double range = faint - bright;
+  return bright + range * exponential_quantile(std::numbers::ln10 * slope * range, u);
+}
 
 double field_temperature(const FieldStarParameters& parameters, int i) {
   const double share = static_cast<double>(i) / (field_temperatures - 1);
@@ -55,7 +52,8 @@ void visit_field_stars(const FieldStarParameters& parameters,
         const double sine = low + (high - low) * u(1);
         const auto temperature = static_cast<int>(u(4) * field_temperatures);
         take({direction_of({west + width * u(2), glm::degrees(std::asin(sine))}),
-              magnitude_at(parameters, u(3)), field_temperature(parameters, temperature)});
+              magnitude_at(parameters.bright, parameters.faint, parameters.slope, u(3)),
+              field_temperature(parameters, temperature)});
       }
     }
   }

@@ -15,6 +15,9 @@ struct FieldStar {
   double temperature;  ///< K
 };
 
+/// The magnitude than which the share u of objects is brighter; their counts rise as 10^(slope m).
+double magnitude_at(double bright, double faint, double slope, double u);
+
 /// Number of temperatures of field stars, evenly spaced in ln T over the range.
 inline constexpr int field_temperatures = 48;
 double field_temperature(const FieldStarParameters& parameters, int i);

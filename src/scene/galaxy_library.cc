@@ -264,7 +264,7 @@ std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const Sourc
   Origin origin{source.key, source.text.label, {}};
   const std::shared_ptr<Galaxy> galaxy = [&] {
     const LookupLog log(resources_, source.key.empty() ? nullptr : &origin.lookups);
-    return Galaxy::read(source.text.content, source.text.label, settings, resources_);
+    return Galaxy::read(parse_toml(source.text.content, source.text.label), settings, resources_);
   }();
   references_[type] = galaxy->reference();
   if (is_first) twin->second = galaxy;

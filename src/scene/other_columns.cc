@@ -32,10 +32,6 @@ std::string plain_ascii(std::string_view text) {
   return result;
 }
 
-bool is_letter_or_digit(char c) {
-  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
-}
-
 /// Makes names that differ from each other and from those of a scene in any case.
 class NameMaker {
  public:

@@ -46,6 +46,8 @@ Separator blank_separator(std::string_view text, const TextLine& first, const st
                                                                : Separator::blanks;
 }
 
+}  // namespace
+
 TextCatalogue read_plain(std::string_view text, const std::string& label, bool has_commas) {
   LineReader lines(text);
   TextLine line, comment;
@@ -72,16 +74,6 @@ TextCatalogue read_plain(std::string_view text, const std::string& label, bool h
   if (is_headless) rows.add(line);
   while (lines.next(line)) rows.add(line);
   return std::move(rows).finish();
-}
-
-}  // namespace
-
-TextCatalogue read_list(std::string_view text, const std::string& label) {
-  return read_plain(text, label, false);
-}
-
-TextCatalogue read_csv(std::string_view text, const std::string& label) {
-  return read_plain(text, label, true);
 }
 
 }  // namespace gamer

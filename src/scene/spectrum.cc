@@ -8,19 +8,14 @@
 namespace gamer {
 namespace {
 
-std::shared_ptr<const Bandpass> find(const std::string& name, const SourceLocation& where,
-                                     Resources& resources) {
+std::shared_ptr<const Bandpass> find_band(const std::string& name, const SourceLocation& where,
+                                          Resources& resources) {
   try {
     return find_bandpass(name, where.file, resources);
   } catch (const InputError& error) {
     // Messages about a file's contents have that file's place.
     throw InputError(where, error.what());
   }
-}
-
-/// A file's name without folder and suffix.
-std::string short_name(const std::string& name) {
-  return std::filesystem::path(name).stem().string();
 }
 
 }  // namespace
@@ -64,8 +59,8 @@ Spectrum load_spectrum(const RenderParameters& parameters, Resources& resources)
     spectrum.planes.push_back({fmt::format("{}A", wavelength), wavelength, nullptr});
   }
   for (const std::string& name : parameters.spectrum.bands) {
-    auto band = find(name, parameters.spectrum.bands_where, resources);
-    const std::string label = short_name(name);
+    auto band = find_band(name, parameters.spectrum.bands_where, resources);
+    const std::string label = std::filesystem::path(name).stem().string();
     for (const SpectralPlane& other : spectrum.planes) {
       if (other.label == label) {
         throw input_error(parameters.spectrum.bands_where, "two planes would be called '{}'",
@@ -80,8 +75,8 @@ Spectrum load_spectrum(const RenderParameters& parameters, Resources& resources)
 
 std::shared_ptr<const Bandpass> load_reference_band(const RenderParameters& parameters,
                                                     Resources& resources) {
-  return find(parameters.photometry.reference_band, parameters.photometry.reference_band_where,
-              resources);
+  return find_band(parameters.photometry.reference_band, parameters.photometry.reference_band_where,
+                   resources);
 }
 
 }  // namespace gamer

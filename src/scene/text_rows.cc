@@ -104,7 +104,7 @@ std::string unescaped(const LineWord& word) {
   return result;
 }
 
-void append(const LineWord& word, Catalogue::Cells& cells) {
+void append_word(const LineWord& word, Catalogue::Cells& cells) {
   auto* views = std::get_if<std::vector<std::string_view>>(&cells);
   if (views != nullptr && word.escaped) {
     std::vector<std::string> texts(views->begin(), views->end());
@@ -185,7 +185,7 @@ void RowCollector::add(const TextLine& line) {
       std::get<std::vector<std::string_view>>(column.cells).reserve(rows);
     }
   }
-  for (std::size_t c = 0; c < columns; ++c) append(words_[c], table_.columns[c].cells);
+  for (std::size_t c = 0; c < columns; ++c) append_word(words_[c], table_.columns[c].cells);
   places.lines.push_back(line.number);
   places.begins.push_back(line.begin);
 }

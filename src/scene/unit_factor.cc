@@ -50,7 +50,7 @@ constexpr std::array known_units = {
     Unit{"pix", Dimension::image, 1},
 };
 
-const Unit* find(std::string_view name) {
+const Unit* find_unit(std::string_view name) {
   const auto* const found =
       std::ranges::find_if(known_units, [&](const Unit& unit) { return unit.name == name; });
   return found == known_units.end() ? nullptr : found;
@@ -59,8 +59,8 @@ const Unit* find(std::string_view name) {
 }  // namespace
 
 std::optional<double> unit_factor(std::string_view from, std::string_view to) {
-  const Unit* const a = find(from);
-  const Unit* const b = find(to);
+  const Unit* const a = find_unit(from);
+  const Unit* const b = find_unit(to);
   if (a == nullptr || b == nullptr || a->dimension != b->dimension) return std::nullopt;
   return a->size / b->size;
 }

@@ -46,7 +46,7 @@ struct Field {
   std::vector<std::string> texts;
 };
 
-Field::Kind kind_of(const std::string& datatype, const std::string& array_size) {
+Field::Kind field_kind(const std::string& datatype, const std::string& array_size) {
   if (datatype == "char" || datatype == "unicodeChar") return Field::Kind::text;
   if (!array_size.empty() && array_size != "1") return Field::Kind::left_out;
   if (datatype == "float" || datatype == "double") return Field::Kind::real;
@@ -58,7 +58,7 @@ Field::Kind kind_of(const std::string& datatype, const std::string& array_size) 
 }
 
 /// Adds a cell; false where it is no value of the column's kind.
-bool append(Field& field, std::string_view text) {
+bool append_cell(Field& field, std::string_view text) {
   const bool is_null = text.empty() || (!field.null.empty() && text == field.null);
   switch (field.kind) {
     case Field::Kind::left_out: return true;
@@ -191,7 +191,7 @@ void VotableReader::begin_field(const char** attributes) {
   std::string name = attribute(attributes, "name");
   if (name.empty()) name = attribute(attributes, "ID");
   if (name.empty()) fail("the FIELD has no name");
-  field.kind = kind_of(attribute(attributes, "datatype"), attribute(attributes, "arraysize"));
+  field.kind = field_kind(attribute(attributes, "datatype"), attribute(attributes, "arraysize"));
   field.column = {std::move(name), attribute(attributes, "unit"), here(), {}, {}};
   fields_.push_back(std::move(field));
   in_field_ = true;
@@ -231,7 +231,7 @@ void VotableReader::end_cell() {
   in_cell_ = false;
   Field& field = fields_[cells_++];
   const std::string_view text = trimmed(cell_, blank_characters);
-  if (append(field, text)) return;
+  if (append_cell(field, text)) return;
   fail(fmt::format("column '{}': {} is not {}", field.column.name, in_quotes(text),
                    field.kind == Field::Kind::real      ? "a number"
                    : field.kind == Field::Kind::integer ? "an integer"

@@ -1,6 +1,7 @@
 #include "studio/answers.h"
 
 #include <algorithm>
+#include <ranges>
 #include <utility>
 
 #include "core/message.h"
@@ -17,24 +18,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
-
-/// Suffixes of images that a render may make.
-const std::vector<std::string>& image_suffixes() {
-  static const std::vector<std::string> suffixes = {".fits", ".fits.fz", ".png", ".bmp"};
-  return suffixes;
-}
-
-std::string shell_text(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : " ") + shell_word(word);
-  return text;
-}
-
-/// The name of the folder with the texts of a render: that of its file up to the first dot, then
-/// ".sources".
-std::string sources_name(const std::string& output) {
-  return output.substr(0, output.find('.')) + ".sources";
-}
 
 }  // namespace
 
@@ -159,16 +142,17 @@ Json Answers::operator()(const CommandRequest& request) const {
   const std::vector<std::string> words =
       job_words(document_, request.document, path_of_output(request.name), "");
   return {{"op", "command"},
-          {"command", shell_text(words)},
+          {"command", fmt::format("{}", fmt::join(words | std::views::transform(shell_word), " "))},
           {"unsaved", unsaved_texts(document_, request.document)}};
 }
 
 std::vector<std::string> Answers::prepare(const RenderRequest& request) const {
   paths_.check(request.document);
-  const fs::path output = folder_.place(request.name, image_suffixes());
+  const fs::path output = folder_.place(request.name, {".fits", ".fits.fz", ".png", ".bmp"});
   std::string sources;
   if (!unsaved_texts(document_, request.document).empty()) {
-    sources = (document_.options.folder / sources_name(request.name)).string();
+    const std::string stem = request.name.substr(0, request.name.find('.'));
+    sources = (document_.options.folder / (stem + ".sources")).string();
     write_sources(session_, document_.label, request.document, sources);
   }
   std::vector<std::string> words = job_words(document_, request.document, output.string(), sources);

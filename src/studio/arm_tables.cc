@@ -14,7 +14,7 @@ constexpr double turn = 360;
 
 /// The angle of an arm in [0, 360[ degrees, where it has one.
 std::optional<double> angle_of(const ConfigNode& arm) {
-  const ConfigNode* node = arm.is_table() ? arm.find("offset") : nullptr;
+  const ConfigNode* node = arm.find("offset");
   if (node == nullptr) return std::nullopt;
   double angle = 0;
   if (const auto* whole = std::get_if<std::int64_t>(&node->data)) {
@@ -30,10 +30,11 @@ std::optional<double> angle_of(const ConfigNode& arm) {
 }  // namespace
 
 ConfigNode::Array& arms_of(ConfigNode& root) {
-  for (auto& [key, node] : root.table()) {
-    if (key == "arm" && node.is_array()) return std::get<ConfigNode::Array>(node.data);
+  ConfigNode* const list = root.find("arm");
+  if (list == nullptr || !list->is_array()) {
+    throw InputError(root.where, "the galaxy has no [[arm]]");
   }
-  throw InputError(root.where, "the galaxy has no [[arm]]");
+  return list->array();
 }
 
 ConfigNode& arm_at(ConfigNode& root, int arm) {
@@ -46,7 +47,7 @@ ConfigNode& arm_at(ConfigNode& root, int arm) {
 
 std::optional<int> arm_left_by(const ConfigNode& arm) {
   constexpr std::int64_t most = 1000;
-  const ConfigNode* leaves = arm.is_table() ? arm.find("leaves") : nullptr;
+  const ConfigNode* leaves = arm.find("leaves");
   const auto* number = leaves != nullptr ? std::get_if<std::int64_t>(&leaves->data) : nullptr;
   if (number == nullptr || *number < 1 || *number > most) return std::nullopt;
   return static_cast<int>(*number) - 1;

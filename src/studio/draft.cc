@@ -34,7 +34,7 @@ constexpr std::size_t most_planes = 3;
 // ln(path/height) of a ray that is inclined by 45 degrees.
 constexpr float mean_obliquity = 0.347f;
 // Wavelengths in a band, for the extinction of its light.
-constexpr int band_samples = 6;
+constexpr int samples_of_band = 6;
 
 /// The job of a view from a direction in which the ball fills the image.
 RenderJob load_view(const Session& session, const std::string& label, const DraftRequest& request,
@@ -130,7 +130,7 @@ class Baker {
       if (!component->absorbs() || light == nullptr) continue;
       probes.push_back({light, placed_.redshift, component->extinction(), placed_.redshift});
     }
-    return {job_.spectrum, probes, band_samples, 1};
+    return {job_.spectrum, probes, samples_of_band, 1};
   }
 
   void add_contributions(const std::set<std::string>& muted) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <ranges>
 #include <utility>
 
 #include "core/message.h"
@@ -21,11 +22,10 @@ constexpr std::size_t most_galaxy_bytes = std::size_t{4} << 20;
 
 /// A key in TOML syntax.
 std::string key_text(const Key& key) {
-  std::string text;
-  for (const std::string& part : key) {
-    text += (text.empty() ? "" : ".") + (is_bare_key(part) ? part : toml_string(part));
-  }
-  return text;
+  const auto quoted = [](const std::string& part) {
+    return is_bare_key(part) ? part : toml_string(part);
+  };
+  return fmt::format("{}", fmt::join(key | std::views::transform(quoted), "."));
 }
 
 bool begins(const Key& key, const Key& with) {

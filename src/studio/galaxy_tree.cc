@@ -8,11 +8,6 @@
 namespace gamer {
 namespace {
 
-ConfigNode* find_member(ConfigNode& table, const std::string& key) {
-  const auto found = std::ranges::find(table.table(), key, &ConfigNode::Table::value_type::first);
-  return found == table.table().end() ? nullptr : &found->second;
-}
-
 bool is_nothing(const ConfigNode& node) {
   return node.is_table() &&
          std::ranges::all_of(node.table(), [](const auto& one) { return is_nothing(one.second); });
@@ -21,11 +16,11 @@ bool is_nothing(const ConfigNode& node) {
 }  // namespace
 
 ConfigNode::Array& components_of(ConfigNode& root) {
-  ConfigNode* list = find_member(root, "component");
+  ConfigNode* list = root.find("component");
   if (list == nullptr || !list->is_array()) {
     throw InputError(root.where, "a galaxy needs at least one [[component]]");
   }
-  return std::get<ConfigNode::Array>(list->data);
+  return list->array();
 }
 
 ConfigNode& component_at(ConfigNode& root, int component) {
@@ -42,12 +37,12 @@ ConfigNode& component_at(ConfigNode& root, int component) {
 ConfigNode& table_of(ConfigNode& root, std::optional<int> component,
                      std::vector<std::string>& key) {
   if (component) return component_at(root, *component);
-  ConfigNode* list = find_member(root, key.front());
+  ConfigNode* list = root.find(key.front());
   if (list == nullptr || !list->is_array() || key.size() < 3) return root;
   std::size_t index = 0;
   const std::string& number = key[1];
   const auto end = number.data() + number.size();
-  auto& elements = std::get<ConfigNode::Array>(list->data);
+  auto& elements = list->array();
   if (std::from_chars(number.data(), end, index).ptr != end || index >= elements.size() ||
       !elements[index].is_table()) {
     throw input_error(list->where, "there is no [[{}]] {}", key.front(), number);
@@ -59,7 +54,7 @@ ConfigNode& table_of(ConfigNode& root, std::optional<int> component,
 void set_node(ConfigNode& table, const std::vector<std::string>& key, const ConfigNode* value) {
   ConfigNode* node = &table;
   for (std::size_t part = 0; part + 1 < key.size(); ++part) {
-    ConfigNode* member = find_member(*node, key[part]);
+    ConfigNode* member = node->find(key[part]);
     if (member == nullptr || !member->is_table()) {
       if (value == nullptr) return;
       if (member == nullptr) member = &node->table().emplace_back(key[part], ConfigNode{}).second;
@@ -67,7 +62,7 @@ void set_node(ConfigNode& table, const std::vector<std::string>& key, const Conf
     }
     node = member;
   }
-  ConfigNode* member = find_member(*node, key.back());
+  ConfigNode* member = node->find(key.back());
   if (value == nullptr) {
     std::erase_if(node->table(), [&](const auto& one) { return one.first == key.back(); });
   } else if (member != nullptr) {

@@ -288,7 +288,7 @@ EditSceneRequest parse_scene_edits(Members& members) {
 
 using Request = decltype(Message::request);
 
-const std::map<std::string, std::function<Request(Members&)>, std::less<>>& operations() {
+const std::map<std::string, std::function<Request(Members&)>, std::less<>>& message_parsers() {
   static const std::map<std::string, std::function<Request(Members&)>, std::less<>> all = {
       {"open", [](Members&) -> Request { return OpenRequest{}; }},
       {"outputs", [](Members&) -> Request { return OutputsRequest{}; }},
@@ -356,8 +356,9 @@ Message parse_message(std::string_view text) {
     id = whole(members.get("id"), "id", std::numeric_limits<std::int64_t>::min(),
                std::numeric_limits<std::int64_t>::max());
     const std::string name = members.text("op", most_name_bytes);
-    const auto found = operations().find(name);
-    if (found == operations().end()) throw input_error("there is no operation {}", in_quotes(name));
+    const auto found = message_parsers().find(name);
+    if (found == message_parsers().end())
+      throw input_error("there is no operation {}", in_quotes(name));
     Message message{*id, found->second(members)};
     members.finish();
     return message;

@@ -97,8 +97,8 @@ Json model_json(const std::string& text, const std::string& label,
   Resources resources(folders);
   GalaxySettings settings;
   settings.noise_kind = RenderParameters().noise.kind;
-  const auto galaxy = Galaxy::read(text, label, settings, resources);
   const ConfigNode root = parse_toml(text, label);
+  const auto galaxy = Galaxy::read(root, settings, resources);
   Json values = Json::object(), given = Json::array(), components = Json::array();
   add_section(root, "galaxy", Galaxy::table(), values);
   add_section(root, "arms", ArmPattern::table(), values);

@@ -6,6 +6,7 @@
 #include <system_error>
 
 #include "core/message.h"
+#include "core/text.h"
 #include "gamer/core/near.h"
 
 namespace gamer {
@@ -19,8 +20,7 @@ constexpr std::size_t most_file_name_bytes = 100, most_entries = 1000;
 
 bool OutputFolder::is_name(std::string_view name) {
   const auto is_plain = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           std::string_view(" ._-+").find(c) != std::string_view::npos;
+    return is_letter_or_digit(c) || std::string_view(" ._-+").find(c) != std::string_view::npos;
   };
   return !name.empty() && name.size() <= most_file_name_bytes && name.front() != '.' &&
          name.front() != '-' && name.front() != ' ' && name.back() != ' ' &&

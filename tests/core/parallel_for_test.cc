@@ -114,6 +114,17 @@ TEST(ParallelFor, WorksInThreads) {
   use_threads(1);
 }
 
+TEST(ParallelFor, TakesANumberOfThreads) {
+  // Each waits for the others.
+  std::atomic<int> arrived = 0;
+  const auto meet = [&](std::size_t) {
+    ++arrived;
+    while (arrived < 3) std::this_thread::yield();
+  };
+  parallel_for(3, meet, {}, 3);
+  EXPECT_EQ(arrived, 3);
+}
+
 TEST(ParallelFor, OtherThreadsHelpWithinLoops) {
   use_threads(3);
   // One index at a time, whose inner indices wait for each other.

@@ -44,7 +44,7 @@ GalaxySettings quick_settings() {
 
 std::shared_ptr<Galaxy> read_galaxy(const std::string& text, const GalaxySettings& settings) {
   Resources resources({});
-  return Galaxy::read(text, "g.toml", settings, resources);
+  return Galaxy::read(parse_toml(text, "g.toml"), settings, resources);
 }
 
 /// Points along a spiral, at heights up to `height`.

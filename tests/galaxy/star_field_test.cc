@@ -353,8 +353,8 @@ TEST(StarField, SpectrumIsTheMeanOfItsStars) {
   EXPECT_NEAR(galaxy->components()[0]->sed()->flux(5500), 1, 1e-12);
 }
 
-// Hardly any light is where Phi exceeds the largest Phi of the calibration.
-TEST(StarField, LargestPhiIsRarelyExceeded) {
+// No place of many has a Phi above the largest Phi of the calibration.
+TEST(StarField, LargestPhiIsNotExceeded) {
   for (const std::string noise :
        {"{}", "{theta = \"linear\", exponent = 4, octaves = 5}", "{octaves = 8, floor = 0.1}"}) {
     const auto galaxy = parse_galaxy(spiral + field_text("noise = " + noise));
@@ -370,14 +370,12 @@ TEST(StarField, LargestPhiIsRarelyExceeded) {
     const double largest = galaxy->calibration().largest_phi[0];
     const double scale =
         smooth->components()[0]->amplitude() / galaxy->components()[0]->amplitude();
-    double all = 0, beyond = 0;
+    double most = 0;
     for (std::size_t i = 0; i < places.size(); ++i) {
       if (!(plain[i] > 0)) continue;
-      const double phi = scale * double{textured[i]} / double{plain[i]};
-      all += phi * double{plain[i]};
-      beyond += std::max(phi - largest, 0.0) * double{plain[i]};
+      most = std::max(most, scale * double{textured[i]} / double{plain[i]});
     }
-    EXPECT_LT(beyond / all, 1e-3) << noise << ", largest " << largest;
+    EXPECT_LT(most, largest) << noise;
   }
 }
 
@@ -398,6 +396,7 @@ TEST(StarField, TablesOfLuminosities) {
   }
   const auto coloured = parse("1 8 3000\n10 4 12000\n", "temperature_scatter = 0\nnumber = 3000");
   const StarField& field = field_of(*coloured);
+  EXPECT_NO_THROW(parse("1.9999999999999998 1e-12\n2 1e30\n"));
   int done = 0;
   field.walk(
       0, coloured->calibration().largest_phi[0],

@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
 #include <mutex>
 #include <numeric>
 #include <stdexcept>
+#include <string>
+#include <thread>
 
 #include "gamer/core/cancellation.h"
 
@@ -125,6 +128,24 @@ TEST(Plane, ErrorsOfTilesAndTakersArrive) {
     EXPECT_THROW(for_each_band(*source, threads,
                                [](const Area&, const double*) { throw std::out_of_range("take"); }),
                  std::out_of_range);
+  }
+}
+
+TEST(Plane, TheErrorIsThatOfTheFirstTile) {
+  const auto source = std::make_shared<TiledPlane>(40, 29, Plane::Tile{10, 2});
+  const PlanePtr failing = changed(source, [](const Area& area, double*) {
+    if (area.y < 20 || area.x == 0) return;
+    // The first tile that fails takes longest.
+    if (area.x == 10) std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    throw std::runtime_error(std::to_string(area.x) + "," + std::to_string(area.y));
+  });
+  for (const int threads : {1, 2, 4}) {
+    try {
+      evaluate(*failing, threads);
+      FAIL();
+    } catch (const std::runtime_error& error) {
+      EXPECT_STREQ(error.what(), "10,20");
+    }
   }
 }
 

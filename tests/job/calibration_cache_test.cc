@@ -103,9 +103,10 @@ std::shared_ptr<Galaxy> noisy_galaxy(
   settings.noise_kind = &simplex_noise();
   settings.most_cloud_points = most_cloud_points;
   Resources resources({});
-  return Galaxy::read(
-      "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = {octaves = 2, contrast = 0.1}\n",
-      "noisy.toml", settings, resources);
+  return Galaxy::read(parse_toml("[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = "
+                                 "{octaves = 2, contrast = 0.1}\n",
+                                 "noisy.toml"),
+                      settings, resources);
 }
 
 TEST_F(CalibrationCacheTest, IsUsedByMeasurements) {

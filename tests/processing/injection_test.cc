@@ -8,6 +8,7 @@
 
 #include "gamer/core/error.h"
 #include "processing/operation_fixture.h"
+#include "processing/plane_info.h"
 #include "processing/synthetic_image.h"
 
 namespace gamer {
@@ -25,27 +26,31 @@ TEST(Injection, ZeroPointComesFromTheFirstHeaderThatHasOne) {
   const FitsHeader empty;
   for (const std::string_view key : zero_point_keys()) {
     const FitsHeader own = header_of({{std::string(key), 27.5, {}}});
-    const auto value = zero_point_of(std::vector{empty, own}, 0, 1, "");
+    const auto value = zero_point_of(std::vector{empty, own}, 0, "");
     ASSERT_TRUE(value) << key;
     EXPECT_EQ(value->value, 27.5);
     EXPECT_EQ(value->key, key);
   }
   const FitsHeader first = header_of({{"PHOTZP", 25.0, {}}, {"BUNIT", "nJy", {}}});
   const FitsHeader second = header_of({{"MAGZERO", 26.0, {}}});
-  EXPECT_EQ(zero_point_of(std::vector{first, second}, 0, 1, "")->value, 25);
-  EXPECT_EQ(zero_point_of(std::vector{second, first}, 0, 1, "")->value, 26);
-  EXPECT_FALSE(zero_point_of(std::vector{empty}, 0, 1, ""));
+  EXPECT_EQ(zero_point_of(std::vector{first, second}, 0, "")->value, 25);
+  EXPECT_EQ(zero_point_of(std::vector{second, first}, 0, "")->value, 26);
+  EXPECT_FALSE(zero_point_of(std::vector{empty}, 0, ""));
 }
 
 TEST(Injection, ZeroPointOfPlanesAndUnits) {
   const FitsHeader cube = header_of({{"MAGZERO1", 25.0, {}}, {"MAGZERO2", 26.0, {}}});
-  EXPECT_EQ(zero_point_of(std::vector{cube}, 1, 2, "")->value, 26);
-  EXPECT_EQ(zero_point_of(std::vector{cube}, 1, 2, "")->key, "MAGZERO2");
+  EXPECT_EQ(zero_point_of(std::vector{cube}, 1, "")->value, 26);
+  EXPECT_EQ(zero_point_of(std::vector{cube}, 1, "")->key, "MAGZERO2");
+  // A single plane's own card may have a number.
+  const FitsHeader single = header_of({{"MAGZERO1", 25.0, {}}, {"PHOTZP", 25.0, {}}});
+  EXPECT_EQ(zero_point_of(std::vector{single}, 0, "")->key, "MAGZERO1");
+  EXPECT_EQ(plane_info(single, 0, 1).zero_point, 25);
   // 3631 Jy is magnitude 0, to the rounding of 48.60.
   const double jansky = 2.5 * std::log10(3631);
   for (const auto& [unit, janskys] : std::vector<std::pair<std::string, double>>{
            {"Jy", 1}, {"mJy", 1e-3}, {"uJy", 1e-6}, {"nJy", 1e-9}}) {
-    const auto value = zero_point_of(std::vector{header_of({{"BUNIT", unit, {}}})}, 0, 1, "");
+    const auto value = zero_point_of(std::vector{header_of({{"BUNIT", unit, {}}})}, 0, "");
     EXPECT_NEAR(value->value, jansky - 2.5 * std::log10(janskys), 1e-4) << unit;
   }
 }
@@ -53,7 +58,7 @@ TEST(Injection, ZeroPointOfPlanesAndUnits) {
 TEST(Injection, ContradictoryZeroPointsAreAnError) {
   const FitsHeader both = header_of({{"MAGZERO", 25.0, {}}, {"MAGZPT", 25.1, {}}});
   try {
-    zero_point_of(std::vector{both}, 0, 1, "here: ");
+    zero_point_of(std::vector{both}, 0, "here: ");
     FAIL();
   } catch (const InputError& error) {
     EXPECT_STREQ(error.what(),
@@ -63,9 +68,9 @@ TEST(Injection, ContradictoryZeroPointsAreAnError) {
 
 TEST(Injection, GainMustBePositive) {
   const FitsHeader zero = header_of({{"GAIN", 0.0, {}}});
-  EXPECT_FALSE(gain_of(std::vector{zero}, 0, 1));
+  EXPECT_FALSE(gain_of(std::vector{zero}, 0));
   const FitsHeader other = header_of({{"EGAIN", 1.5, {}}});
-  EXPECT_EQ(gain_of(std::vector{zero, other}, 0, 1)->value, 1.5);
+  EXPECT_EQ(gain_of(std::vector{zero, other}, 0)->value, 1.5);
 }
 
 TEST(Injection, MeanLightIsAddedAndTheRestKeepsItsBits) {

@@ -53,7 +53,7 @@ std::vector<double> render(int threads) {
     settings.seed = seed;
     // A few batches for each thread.
     settings.most_cloud_points = 16 * batch_capacity;
-    galaxies.push_back(Galaxy::read(all_classes, "g.toml", settings, resources));
+    galaxies.push_back(Galaxy::read(parse_toml(all_classes, "g.toml"), settings, resources));
     library.add("g", "", seed, galaxies.back());
   }
   measure_galaxies(galaxies, {}, Ranks());

@@ -14,7 +14,7 @@ using test::message_of;
 
 std::shared_ptr<const Galaxy> galaxy_of(const std::string& toml) {
   Resources data({GAMER_TEST_SOURCE_DIR});
-  return Galaxy::read(toml, "galaxy.toml", GalaxySettings(), data);
+  return Galaxy::read(parse_toml(toml, "galaxy.toml"), GalaxySettings(), data);
 }
 
 const char* const bulge = "[[component]]\nclass = \"bulge\"\nsed = \"E\"\neffective_radius = 0.1\n";

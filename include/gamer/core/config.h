@@ -28,9 +28,13 @@ class ConfigNode {
   const Table& table() const { return std::get<Table>(data); }
   Table& table() { return std::get<Table>(data); }
   const Array& array() const { return std::get<Array>(data); }
+  Array& array() { return std::get<Array>(data); }
 
   /// The member of a table, or nullptr.
   const ConfigNode* find(std::string_view key) const;
+  ConfigNode* find(std::string_view key) {
+    return const_cast<ConfigNode*>(std::as_const(*this).find(key));
+  }
   /// "a table", "an integer", ... for messages.
   std::string type_name() const;
 };

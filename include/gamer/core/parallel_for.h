@@ -17,8 +17,8 @@ void use_threads(int threads);
 ///
 /// Loops may be nested. `at_a_time` limits the number of indices in work at any time, for work that
 /// is large or needs much memory. Threads then take indices one by one, and the other threads help
-/// in inner loops.
+/// in inner loops. `threads` replaces the number of use_threads() for a loop that is not nested.
 void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& work,
-                  std::optional<std::size_t> at_a_time = {});
+                  std::optional<std::size_t> at_a_time = {}, std::optional<int> threads = {});
 
 }  // namespace gamer

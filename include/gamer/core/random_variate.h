@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <span>
 
@@ -26,5 +27,10 @@ void poisson_variates(std::uint64_t key, std::uint64_t first, std::span<const do
 /// the normal distribution (Wichura 1988, AS 241, relative error 1e-15) at uniform numbers of 52
 /// bits. No absolute value exceeds 8.2.
 void normal_variates(std::uint64_t key, std::uint64_t first, std::span<double> out);
+
+/// The x in [0, 1] below which the share u of the density e^(a x) lies.
+inline double exponential_quantile(double a, double u) {
+  return std::abs(a) < 1e-9 ? u : std::log1p(u * std::expm1(a)) / a;
+}
 
 }  // namespace gamer

@@ -30,12 +30,12 @@ class Galaxy {
   /// is wrong.
   static std::shared_ptr<const Galaxy> parse(std::string_view text, const std::string& label,
                                              const GalaxySettings& settings, Resources& resources);
-  /// Reads a galaxy file. GalaxyStatistics must measure the galaxy before it is evaluated. A galaxy
-  /// with clumpy dust has a reference. If Accuracy::shares_closure is true, the reference is
+  /// Reads a parsed galaxy file. GalaxyStatistics must measure the galaxy before it is evaluated. A
+  /// galaxy with clumpy dust has a reference. If Accuracy::shares_closure is true, the reference is
   /// GalaxySettings::reference or, without one, a new galaxy of a fixed seed. Otherwise the
   /// reference is a new galaxy of its own seed. Throws InputError as parse() does.
-  static std::shared_ptr<Galaxy> read(std::string_view text, const std::string& label,
-                                      const GalaxySettings& settings, Resources& resources);
+  static std::shared_ptr<Galaxy> read(ConfigNode file, const GalaxySettings& settings,
+                                      Resources& resources);
   static ParameterTable table();  ///< of [galaxy]
 
   const std::string& name() const { return name_; }
@@ -101,9 +101,9 @@ class Galaxy {
  private:
   class Evaluation;
   /// Reads the file without a reference.
-  static std::shared_ptr<Galaxy> read_alone(std::string_view text, const std::string& label,
-                                            const GalaxySettings& settings, Resources& resources);
-  void resolve(const std::string& label, const Galaxy* twin);
+  static std::shared_ptr<Galaxy> read_alone(const ConfigNode& root, const GalaxySettings& settings,
+                                            Resources& resources);
+  void resolve(const SourceLocation& file, const Galaxy* twin);
   /// Makes integrals_, from the twin where it has an equal envelope.
   void add_integrals(const Galaxy* twin);
   void resolve_fractions();

@@ -41,7 +41,7 @@ class StellarPopulation {
 
   /// Values of parameters(). A file of luminosities has rows of two or three columns: luminosity
   /// (ascending), dN/dlnL in any unit, and temperature, K; '#' begins comments. Throws InputError
-  /// if values or rows are wrong, or the numbers of stars lie too far apart to be added up.
+  /// if values or rows are wrong.
   StellarPopulation(const ParameterSet& values, const std::string& context, Resources& resources);
   /// Declarations of `luminosity_function` ... `temperature_scatter`.
   static ParameterTable parameters();
@@ -75,8 +75,7 @@ class StellarPopulation {
   double light(const std::function<double(double luminosity)>& share,
                std::vector<double>* spectrum = nullptr) const;
   /// The spectrum of light with these parts of the grid's temperatures; if all parts are 0, the
-  /// spectrum of all light. Throws InputError if the numbers of stars lie too far apart to be added
-  /// up.
+  /// spectrum of all light.
   std::shared_ptr<const Sed> sed(const std::vector<double>& spectrum) const;
   std::shared_ptr<const Sed> sed() const;
 

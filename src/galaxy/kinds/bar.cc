@@ -108,8 +108,8 @@ constexpr double nodes_per_cut = 0.7;
 
 // Density of nodes around the ray's closest approach to the axis, and the least distance used, in a
 // and b.
-constexpr double nodes_per_width = 1.2;
-constexpr double cusp_width = 0.1;
+constexpr double nodes_per_distance = 1.2;
+constexpr double nearest_to_axis = 0.1;
 
 // Standard deviations beyond which Gaussians are negligible in integrals.
 constexpr double gaussian_reach = 6.5;
@@ -270,8 +270,8 @@ void Bar::plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const
   if (axis > begin && axis < end) {
     const double oo = o[0] * o[0] + o[1] * o[1];
     const double impact2 = std::max(oo + od * axis, 0.0);
-    const double width = std::sqrt((impact2 + cusp_width * cusp_width) / dd);
-    out.focuses.push_back({axis, width, nodes_per_width / width});
+    const double width = std::sqrt((impact2 + nearest_to_axis * nearest_to_axis) / dd);
+    out.focuses.push_back({axis, width, nodes_per_distance / width});
   }
   // Lobes of the height and ansae on rays along the bar.
   const auto add_pair = [&](double u, double along_bar, double width) {

@@ -131,7 +131,7 @@ constexpr double bright_height = 3.5;
 constexpr std::size_t mean_intervals = 256;
 
 // Scale lengths within which the slope of a warp decides how far its texture is stretched.
-constexpr double bright_lengths = 4;
+constexpr double sloped_lengths = 4;
 
 // Radius outside which the steepest winding sets the texture's frequency.
 constexpr double twirl_core = 0.1;
@@ -172,7 +172,7 @@ Layer::Layer(const LayerShape& shape, const ArmPattern& arms)
       largest_shear_(arms.largest_shear()),
       log_peak_(std::log(law_.peak())),
       texture_stretch_(
-          stretch_of(shape.warp.steepest(std::min(law_.limit(-bright_lengths), 1.0)))) {}
+          stretch_of(shape.warp.steepest(std::min(law_.limit(-sloped_lengths), 1.0)))) {}
 
 namespace {
 

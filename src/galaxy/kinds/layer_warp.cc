@@ -66,7 +66,7 @@ BoundTable warp_keys(LayerWarp& p) {
        "turn of the line of nodes with the radius, from warp_begin on"}};
 }
 
-double rise(const LayerWarp& warp, double r) {
+double relative_height(const LayerWarp& warp, double r) {
   const double u = std::max(r - warp.begin, 0.0) / (1 - warp.begin);
   if (warp.power == 1) return u;
   return warp.power == 2 ? u * u : std::pow(u, warp.power);
@@ -74,7 +74,7 @@ double rise(const LayerWarp& warp, double r) {
 
 }  // namespace
 
-double LayerWarp::most(double r) const { return height * rise(*this, r); }
+double LayerWarp::most(double r) const { return height * relative_height(*this, r); }
 
 double LayerWarp::lift(double x, double y) const {
   const double r = std::sqrt(x * x + y * y);

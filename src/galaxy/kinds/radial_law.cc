@@ -18,7 +18,7 @@ namespace {
 
 // End of integrals, in scale lengths x: the share (1 + x) e^-x of the light lies beyond. The end in
 // widths of a ring, where the profile is e^-32.
-constexpr double reach = 30;
+constexpr double most_lengths = 30;
 constexpr double ring_reach = 8;
 
 // Bright range of the layer: scale lengths, and widths on each side of a ring.
@@ -52,7 +52,7 @@ RadialLaw::RadialLaw(double rh, double inner, const RadialShape& shape)
       end_(std::min(1 / shape.axis_ratio,
                     shape.is_ring()
                         ? shape.ring_radius + ring_reach * shape.ring_outer_width
-                        : reach * (shape.is_broken() ? std::max(rh, shape.outer_rh) : rh))),
+                        : most_lengths * (shape.is_broken() ? std::max(rh, shape.outer_rh) : rh))),
       norm_(softplus(-shape.break_sharpness * shape.break_radius) / shape.break_sharpness),
       cosine_(std::cos(shape.position_angle)),
       sine_(std::sin(shape.position_angle)) {
@@ -128,7 +128,7 @@ double RadialLaw::bound(double nearest, double farthest) const {
 
 std::vector<float> RadialLaw::quantiles(int parts) const {
   std::vector<float> result = {0.0f};
-  const double end = std::min(1 / (rh_ * shape_.axis_ratio), reach);
+  const double end = std::min(1 / (rh_ * shape_.axis_ratio), most_lengths);
   const double whole = 1 - (1 + end) * std::exp(-end);
   // The first x is about sqrt(2 u). The search for each further x begins at the one before.
   double x = std::sqrt(2 * whole / parts);

@@ -13,7 +13,7 @@ namespace {
 using Rule = boost::math::quadrature::gauss<double, 20>;
 
 // Heights up to this many h hold all light.
-constexpr double reach = 20;
+constexpr double most_heights = 20;
 
 }  // namespace
 
@@ -21,8 +21,8 @@ double mean_taper(double r, double h) {
   if (r >= 1) return 0;
   // The taper is 1 up to t h and 0 from t_end h on.
   const double t = std::sqrt(std::max(taper_start * taper_start - r * r, 0.0)) / h;
-  if (t >= reach) return 1;
-  const double t_end = std::min(std::sqrt(1 - r * r) / h, reach);
+  if (t >= most_heights) return 1;
+  const double t_end = std::min(std::sqrt(1 - r * r) / h, most_heights);
   const auto integrand = [&](double u) {
     const double sech = 1 / std::cosh(u);
     return sech * sech * taper_at(std::hypot(r, h * u));
@@ -39,7 +39,9 @@ double mean_taper(double r, double h, double lift) {
   // The taper is 1 between -inner and inner, and 0 beyond outer, as heights above z = 0.
   const double inner = std::sqrt(std::max(taper_start * taper_start - r * r, 0.0));
   const double outer = std::sqrt(1 - r * r);
-  const auto share = [&](double z) { return std::clamp((z - lift) / h, -reach, reach); };
+  const auto share = [&](double z) {
+    return std::clamp((z - lift) / h, -most_heights, most_heights);
+  };
   const auto integrand = [&](double u) {
     const double sech = 1 / std::cosh(u);
     return 0.5 * sech * sech * taper_at(std::hypot(r, h * u + lift));

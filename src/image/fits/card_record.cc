@@ -15,8 +15,6 @@ namespace {
 
 constexpr std::string_view continue_card = "CONTINUE  ";
 
-bool is_printing_character(char c) { return c >= ' ' && c <= '~'; }
-
 int hexadecimal_digit(char c) {
   if (c >= '0' && c <= '9') return c - '0';
   if (c >= 'A' && c <= 'F') return c - 'A' + 10;
@@ -128,7 +126,7 @@ std::string percent_encode(std::string_view text) {
   encoded.reserve(text.size());
   for (std::size_t i = 0; i < text.size(); ++i) {
     const bool last_blank = text[i] == ' ' && i + 1 == text.size();
-    if (!is_printing_character(text[i]) || last_blank || is_escape(text, i)) {
+    if (text[i] < ' ' || text[i] > '~' || last_blank || is_escape(text, i)) {
       encoded += fmt::format("%{:02X}", static_cast<unsigned char>(text[i]));
     } else {
       encoded += text[i];

@@ -34,7 +34,7 @@ bool has_empty_primary(const OutputOptions& options, const ImageHeader& header) 
   return options.layout == ImageLayout::extensions || !header.faces.empty();
 }
 
-bool is_compressed(const OutputOptions& options) {
+bool writes_compressed(const OutputOptions& options) {
   return image_suffix(options.path) == ImageSuffix::fits_compressed;
 }
 
@@ -186,7 +186,7 @@ class FitsWriter final : public ImageWriter {
 
   void finish() override {
     check_all_written(written_, options_.path, "row", 0);
-    if (is_compressed(options_)) compress();
+    if (writes_compressed(options_)) compress();
     for (auto& output : outputs_) {
       const int hdus = output->file.hdu_count();
       for (int hdu = 1; hdu <= hdus; ++hdu) {
@@ -254,7 +254,7 @@ class FitsWriter final : public ImageWriter {
         sum.add(sum_of(plane, face));
       }
     }
-    if (!is_image || is_compressed(options_) || has_rewritten_) return std::nullopt;
+    if (!is_image || writes_compressed(options_) || has_rewritten_) return std::nullopt;
     return sum.value();
   }
 
@@ -307,7 +307,7 @@ int fits_hdus(const OutputOptions& options, const ImageHeader& header) {
   const auto tables = static_cast<int>(header.tables.size() + header.data_tables.size());
   // The map is a table after an empty primary HDU.
   if (header.healpix) return 2 + tables;
-  const int empty = has_empty_primary(options, header) || is_compressed(options) ? 1 : 0;
+  const int empty = has_empty_primary(options, header) || writes_compressed(options) ? 1 : 0;
   const int faces = std::max(1, static_cast<int>(header.faces.size()));
   const int images = options.layout == ImageLayout::extensions ? header.planes() : 1;
   return empty + faces * images + tables;

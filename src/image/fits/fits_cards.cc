@@ -22,18 +22,6 @@ constexpr int continued_line = 0;
 /// no column wider than 28799.
 constexpr std::size_t longest_piece = 200;
 
-std::string read_record(FitsFile& file, int number) {
-  char record[FLEN_CARD] = {};
-  file.call(fits_read_record, number, record);
-  return record;
-}
-
-int record_count(FitsFile& file) {
-  int count = 0;
-  file.call(fits_get_hdrspace, &count, nullptr);
-  return count;
-}
-
 /// The successive lines of one cell of a text table. A newline at the end of a text stays with its
 /// last line, so only an empty text has an empty last line.
 class CellLines {
@@ -214,8 +202,13 @@ void write_cards(FitsFile& file, const std::vector<Card>& cards) {
 
 std::vector<std::string> read_records(FitsFile& file) {
   std::vector<std::string> records;
-  const int count = record_count(file);
-  for (int number = 1; number <= count; ++number) records.push_back(read_record(file, number));
+  int count = 0;
+  file.call(fits_get_hdrspace, &count, nullptr);
+  for (int number = 1; number <= count; ++number) {
+    char record[FLEN_CARD] = {};
+    file.call(fits_read_record, number, record);
+    records.emplace_back(record);
+  }
   return records;
 }
 

@@ -129,6 +129,13 @@ int FitsFile::hdu_count() {
   return count;
 }
 
+bool FitsFile::has_compressed_image() {
+  int status = 0;
+  const bool is_compressed = fits_is_compressed_image(handle_, &status) != 0;
+  fits_clear_errmsg();
+  return is_compressed;
+}
+
 void FitsFile::move_to_named(const std::string& hdu) {
   const int count = hdu_count();
   if (const std::optional<int> number = number_of<int>(hdu)) {

@@ -40,6 +40,8 @@ class FitsFile {
   /// Moves to the HDU with this name or number (from 0); "SCI,2" means EXTVER 2.
   void move_to_named(const std::string& hdu);
   int hdu_count();
+  /// Whether the current HDU is a compressed image.
+  bool has_compressed_image();
   /// A string value of the current header; "" for none.
   std::string text(const std::string& key);
 

@@ -57,9 +57,6 @@ std::string_view name_of(std::string_view record) {
   return record.substr(0, record.find_first_of(" ="));
 }
 
-/// Whether CFITSIO, which ignores case, takes the name as GROUPS.
-bool is_groups(std::string_view name) { return in_capitals(name) == "GROUPS"; }
-
 /// Whether a card's value is a string of printing ASCII.
 bool is_string(std::string_view record) {
   const bool is_text = std::ranges::all_of(record, [](char c) { return c >= ' ' && c <= '~'; });
@@ -117,7 +114,8 @@ class Header {
     if (key == "PCOUNT") take_once(parameters_, key, value, INT64_MAX);
     if (key == "GCOUNT") take_once(groups_, key, value, INT64_MAX);
     if (key == "TFIELDS") take_once(columns_, key, value, most_columns);
-    if (is_groups(key)) has_groups_ = true;
+    // CFITSIO ignores case.
+    if (in_capitals(key) == "GROUPS") has_groups_ = true;
     read_column(key, record);
     read_compressed(key, value);
   }

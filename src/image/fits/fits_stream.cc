@@ -45,20 +45,13 @@ constexpr std::size_t piece_size = std::size_t{1} << 14;
 
 using CFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
 
-bool is_compressed(FitsFile& file) {
-  int status = 0;
-  const bool compressed = fits_is_compressed_image(file.handle(), &status) != 0;
-  fits_clear_errmsg();
-  return compressed;
-}
-
 /// Reads the sizes of the current HDU's image; planes = 0 where there is none.
 void read_shape(FitsFile& file, FitsHdu& hdu) {
   int type = 0, axes = 0;
   file.call(fits_get_hdu_type, &type);
   file.check_data(0);
   // CFITSIO presents a compressed image as an image, other readers as a table.
-  const bool compressed = is_compressed(file);
+  const bool compressed = file.has_compressed_image();
   if (type != IMAGE_HDU && !compressed) return;
   file.call(fits_get_img_dim, &axes);
   if (axes < 2) return;
@@ -175,7 +168,7 @@ class FitsInput::File {
       read_floats(hdu, plane, area.y, count, out);
     } else if (whole_rows && stride == area.width) {
       read_pixels(hdu, plane, 0, area.y, count, TDOUBLE, out);
-    } else if (is_compressed(*file_) && !whole_rows) {
+    } else if (file_->has_compressed_image() && !whole_rows) {
       read_from_rows(hdu, plane, area, out, stride);
     } else {
       for (int row = 0; row < area.height; ++row) {

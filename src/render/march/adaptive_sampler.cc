@@ -21,11 +21,6 @@ constexpr std::int32_t most_pieces = most_nodes_of_a_ray / piece_intervals;
 // Largest number of halvings of a piece; single precision ends before.
 constexpr int most_halvings = 24;
 
-AdaptiveWorkspace& workspace() {
-  thread_local AdaptiveWorkspace instance;
-  return instance;
-}
-
 }  // namespace
 
 std::int32_t AdaptiveSampler::find_cover(AdaptiveWorkspace& ws) const {
@@ -412,7 +407,8 @@ void AdaptiveSampler::integrate(std::span<const std::span<const Hit>> hits, RayL
   const DenormalsAreZero mode;
   const Clock clock;
   const double evaluating = counts.noise_seconds + counts.envelope_seconds;
-  AdaptiveWorkspace& ws = workspace();
+  thread_local AdaptiveWorkspace own;
+  AdaptiveWorkspace& ws = own;
   ws.segments.clear();
   ws.map.clear();
   ws.covers.clear();

@@ -777,7 +777,7 @@ class Associations:
         q = self.q
         sizes = q["luminosity_range"]**(1 / q["size_exponent"])
         count = max(math.ceil(math.log2(sizes) - 1e-9), 1)
-        self.levels = [self.level(seed, k, count) for k in range(count)]
+        self.tiers = [self.tier(seed, k, count) for k in range(count)]
         self.octaves, wavelength = [], 2 * q["complex_size"]
         while q["clustering"] and len(self.octaves) < 7 and (
                 not self.octaves or wavelength >= q["largest"] / sizes):
@@ -787,7 +787,7 @@ class Associations:
             self.octaves.append((wavelength, offset, hash_words(seed, index, 3, 2) & 0xFFFFFFFF))
             wavelength /= 2
 
-    def level(self, seed, index, count):
+    def tier(self, seed, index, count):
         q = self.q
         slope, whole_range = -q["luminosity_slope"], (1 / q["luminosity_range"], 1)
         least, most = (q["luminosity_range"]**(-(index + k) / count) for k in (1, 0))
@@ -856,8 +856,8 @@ class Associations:
                 product = product * (1 + 0.9 * s * (1 - 4 / 27 * s**2))
         return product
 
-    def crowding(self, p, level):
-        return level["occupancy"] * np.maximum(self.complexes(p, 4 * level["cell"]), 0.15)
+    def crowding(self, p, tier):
+        return tier["occupancy"] * np.maximum(self.complexes(p, 4 * tier["cell"]), 0.15)
 
     @staticmethod
     def wave(x):
@@ -868,7 +868,7 @@ class Associations:
     def cube(q):
         return np.maximum(q, 0)**3
 
-    def light(self, level, k, shape, x, y, z):
+    def light(self, tier, k, shape, x, y, z):
         """The light of clumps k, at places in their radii along the lattice's axes."""
         b = [(shape >> U32(8 * n) & U32(255)) / 256 for n in range(4)]
         (high, cycles), (low, fine) = (
@@ -878,12 +878,12 @@ class Associations:
         x = x + low * self.wave(fine * y + b[2])
         y = y + low * self.wave(fine * x + b[3])
         plane = 1 - x**2 - y**2
-        halo = (self.cube(plane - z**2) * (1 - level["cavity"][k] * plane**2) *
+        halo = (self.cube(plane - z**2) * (1 - tier["cavity"][k] * plane**2) *
                 (1 + 0.6 * (2 * b[1] - 1) * x + 0.6 * (2 * b[3] - 1) * y))
         at_x, at_y = 0.35 * (2 * b[0] - 1), 0.35 * (2 * b[2] - 1)
         cores = sum(h * self.cube(1 - ((x - u)**2 + (y - v)**2 + z**2) / self.CORE**2)
                     for h, u, v in ((1, at_x, at_y), (self.SECOND, -at_y, at_x)))
-        return level["halo"][k] * halo + level["cores"][k] * cores
+        return tier["halo"][k] * halo + tier["cores"][k] * cores
 
     def layer_mean(self, layer, error):
         """The mean of Phi over the layer, clump by clump, to about this relative error."""
@@ -895,36 +895,36 @@ class Associations:
             mean = np.average(m, weights=w)
             return mean, math.sqrt(np.sum((w * (m - mean))**2)) / w.sum() / mean
         mean, rough = octaves(2**13)
-        excess = (1 - sum(level["share"] for level in self.levels)) * rough / error
+        excess = (1 - sum(tier["share"] for tier in self.tiers)) * rough / error
         if excess > 1:
             mean, _ = octaves(cloud_size(1.5 * 2**13 * excess**2))
         result = mean
-        for level in self.levels:
-            clumps = level["occupancy"] / level["cell"]**2
-            excess = 2 * level["share"] / math.sqrt(clumps) / (0.3 * error)
-            if excess >= 1 and 4 / level["cell"]**2 <= 2**24:
+        for tier in self.tiers:
+            clumps = tier["occupancy"] / tier["cell"]**2
+            excess = 2 * tier["share"] / math.sqrt(clumps) / (0.3 * error)
+            if excess >= 1 and 4 / tier["cell"]**2 <= 2**24:
                 points = min(max(8 * int(excess**1.5 / 4), 16), 256)
-                result += level["share"] * (self.mean_of_clumps(layer, level, points) - mean)
+                result += tier["share"] * (self.mean_of_clumps(layer, tier, points) - mean)
         return result
 
-    def mean_of_clumps(self, layer, level, points):
-        """The light of a level's clumps over its mean, times the octaves, over the layer."""
-        cell, (off_x, off_y) = level["cell"], level["offset"]
+    def mean_of_clumps(self, layer, tier, points):
+        """The light of a tier's clumps over its mean, times the octaves, over the layer."""
+        cell, (off_x, off_y) = tier["cell"], tier["offset"]
         reach = math.ceil(1 / cell) + 1
         i, j = (a.ravel() for a in np.meshgrid(
             int(off_x) + np.arange(-reach, reach + 1), int(off_y) + np.arange(-reach, reach + 1)))
         i32, j32 = ((a & 0xFFFFFFFF).astype(U32) for a in (i, j))
-        word = mix32(i32 * PX ^ mix32(j32 * PY + level["seed"]))
+        word = mix32(i32 * PX ^ mix32(j32 * PY + tier["seed"]))
         again = mix32(word + U32(0x9E3779B9))
         u = i + (word & U32(0xFFFF)) / 65536 - off_x
         v = j + (word >> U32(16)) / 65536 - off_y
-        s, c = cell * math.sin(level["angle"]), cell * math.cos(level["angle"])
+        s, c = cell * math.sin(tier["angle"]), cell * math.cos(tier["angle"])
         k = (again >> U32(23)).astype(int)
-        centre = np.array([c * u - s * v, s * u + c * v, level["z"][k]])
-        number, radius = (again & U32(0xFFFF)) / 65536, level["radius"][k]
+        centre = np.array([c * u - s * v, s * u + c * v, tier["z"][k]])
+        number, radius = (again & U32(0xFFFF)) / 65536, tier["radius"][k]
         shape = mix32(again + U32(0x9E3779B9))
         near = np.hypot(*centre[:2]) < 1 + cell
-        near[near] &= number[near] <= 4 * (self.crowding(centre[:, near], level) *
+        near[near] &= number[near] <= 4 * (self.crowding(centre[:, near], tier) *
                                            self.surface_density(centre[:2, near]))
         n = np.arange(points // 2).astype(object)
         u = [(((1 << 63) + n * step & M64) / 2**64).astype(float) for step in (
@@ -942,13 +942,13 @@ class Associations:
             place, (x, y, z), m = centre[:, n:n + 1], offsets.copy(), k[n]
             b = [int(shape[n]) >> 8 * a & 255 for a in range(4)]
             sign = [a / 128 - 1 for a in b]
-            weight = 2 * ball * level["halo"][m] * (
-                1 - level["cavity"][m] * (1 - x**2 - y**2)**2) * (
+            weight = 2 * ball * tier["halo"][m] * (
+                1 - tier["cavity"][m] * (1 - x**2 - y**2)**2) * (
                     1 + 0.6 * sign[1] * x + 0.6 * sign[3] * y)
             for which, height, u, v in ((2, 1, sign[0], sign[2]),
                                         (3, self.SECOND, -sign[2], sign[0])):
                 its = part == which
-                weight[its] = 4 * height * ball * level["cores"][m] * self.CORE**3
+                weight[its] = 4 * height * ball * tier["cores"][m] * self.CORE**3
                 x[its], y[its] = self.CORE * x[its] + 0.35 * u, self.CORE * y[its] + 0.35 * v
                 z[its] *= self.CORE
             (high, cycles), (low, fine) = (
@@ -958,7 +958,7 @@ class Associations:
             y = y - high * self.wave(cycles * x + b[1] / 256 - 0.3 * z)
             x = x - high * self.wave(cycles * y + b[0] / 256 + 0.3 * z)
             p = place + radius[n] * np.array([*(turn @ [x, y]), z])
-            occupancy = np.minimum(self.crowding(p, level) * self.surface_density(place), 1 / 1.3)
+            occupancy = np.minimum(self.crowding(p, tier) * self.surface_density(place), 1 / 1.3)
             present = np.clip((1.3 - number[n] / occupancy) / 0.6, 0, 1)
             total += radius[n]**3 * np.mean(weight * present / occupancy *
                                             layer.envelope(layer.raised(p)) * self.complexes(p))
@@ -966,16 +966,16 @@ class Associations:
 
     def phi(self, p):
         total = np.ones(p.shape[1])
-        for level in self.levels:
-            cell, crowding = level["cell"], self.crowding(p, level)
-            s, c = math.sin(level["angle"]) / cell, math.cos(level["angle"]) / cell
-            x = p[0] * c + p[1] * s + level["offset"][0]
-            y = p[1] * c - p[0] * s + level["offset"][1]
+        for tier in self.tiers:
+            cell, crowding = tier["cell"], self.crowding(p, tier)
+            s, c = math.sin(tier["angle"]) / cell, math.cos(tier["angle"]) / cell
+            x = p[0] * c + p[1] * s + tier["offset"][0]
+            y = p[1] * c - p[0] * s + tier["offset"][1]
             light = 0
             for a in (0, 1):
                 for b in (0, 1):
                     (i, i32), (j, j32) = whole(x - 0.5 + a), whole(y - 0.5 + b)
-                    word = mix32(i32 * PX ^ mix32(j32 * PY + level["seed"]))
+                    word = mix32(i32 * PX ^ mix32(j32 * PY + tier["seed"]))
                     again = mix32(word + U32(0x9E3779B9))
                     k = (again >> U32(23)).astype(int)
                     dx = x - i - (word & U32(0xFFFF)) / 65536
@@ -984,11 +984,11 @@ class Associations:
                     occupancy = np.minimum(crowding * self.surface_density(centre), 1 / 1.3)
                     weight = np.clip((1.3 - (again & U32(0xFFFF)) / 65536 / occupancy) / 0.6, 0, 1)
                     shape = mix32(again + U32(0x9E3779B9))
-                    radius = level["radius"][k]
+                    radius = tier["radius"][k]
                     light = light + weight / occupancy * self.light(
-                        level, k, shape, dx * cell / radius, dy * cell / radius,
-                        (p[2] - level["z"][k]) / radius)
-            total = total + level["share"] * (light - 1)
+                        tier, k, shape, dx * cell / radius, dy * cell / radius,
+                        (p[2] - tier["z"][k]) / radius)
+            total = total + tier["share"] * (light - 1)
         return total * self.complexes(p) / self.mean
 
 
