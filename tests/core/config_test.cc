@@ -188,7 +188,7 @@ TEST(SetFromText, Errors) {
   EXPECT_EQ(set_error("a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a=1"),
             "--set a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a: a key has more than 16 parts");
   EXPECT_EQ(set_error("image.output=\xff\xfe"), "--set image.output: the value is not valid UTF-8");
-  // The bytes are key parts of one letter with a control character between them.
+  // The two bytes of a letter, with a control character between them.
   EXPECT_EQ(set_error("image.output=x\xc7\x12\x82"),
             "--set image.output: the value is not valid UTF-8");
   EXPECT_EQ(value_at<std::int64_t>(root, "image", "size"), 10);

@@ -201,7 +201,7 @@ TEST(RandomVariates, AreTheSameOnEveryTarget) {
   });
 }
 
-TEST(PoissonVariates, StandWithoutLightAndWithTooMuch) {
+TEST(PoissonVariates, AreDefinedWithoutLightAndWithTooMuch) {
   const std::vector<double> means = {0, -0.0, -5, -1e300, nan_value, 1e100, 1e101, INFINITY, 12, 0};
   std::vector<double> counts(means.size());
   for_each_simd_target([&] {

@@ -441,7 +441,7 @@ TEST(PictureFile, StandardOutputHasTheWholePng) {
   EXPECT_EQ(file_bytes(folder / "out"), file_bytes(folder / "a.png"));
 }
 
-TEST(PictureFile, WhatCannotBeWrittenIsSaidBefore) {
+TEST(PictureFile, UnwritableFilesAreErrorsBeforeWriting) {
   TemporaryFolder folder;
   std::ofstream(folder / "there.png") << "precious";
   const auto message = [&](const PictureFileOptions& options, int width = 3, int height = 2) {

@@ -269,7 +269,7 @@ std::string input_error(Make make) {
   return "no error";
 }
 
-TEST(SkyViews, WrongOnesAreInputErrors) {
+TEST(SkyViews, WrongViewsAreInputErrors) {
   const auto error = [](const char* projection, std::vector<double> parameters, double dec) {
     return input_error([&] {
       SkyView view = test_view();
@@ -444,7 +444,7 @@ TEST(SkyHeaders, RecordsAreKeptLetterByLetter) {
   EXPECT_EQ(CelestialWcs::from_header(text, "no lines").records(), expected);
 }
 
-TEST(SkyHeaders, WrongOnesAreInputErrors) {
+TEST(SkyHeaders, WrongHeadersAreInputErrors) {
   const auto error = [](const std::vector<std::string>& cards) {
     return input_error([&] { CelestialWcs::from_header(header_of(cards), "a.fits"); });
   };

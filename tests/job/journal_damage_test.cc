@@ -245,7 +245,7 @@ std::string JournalDamageTest::damaged(const std::string& journal, std::mt19937&
   }
 }
 
-TEST_F(JournalDamageTest, AJournalIsRefusedOrGoneOnWith) {
+TEST_F(JournalDamageTest, AJournalIsRefusedOrContinued) {
   InterruptedExecutor interrupted(journal_, 8);
   EXPECT_THROW(do_job(interrupted, false), RunError);
   const std::string journal = bytes(journal_);

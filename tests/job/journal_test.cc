@@ -125,7 +125,7 @@ TEST_F(JournalTest, KeepsEverything) {
   EXPECT_EQ(journal->finished(1), (Ranges{{2, 9}, {20, 25}}));
 }
 
-TEST_F(JournalTest, GoesOn) {
+TEST_F(JournalTest, IsContinuedAfterOpening) {
   { add(*std::make_unique<Journal>(path(), head, 0), 0, {0, 2}); }
   for (int i = 1; i < 4; ++i) {
     const auto journal = Journal::open(path(), 0);

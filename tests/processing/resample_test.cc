@@ -194,7 +194,7 @@ TEST(Resample, Grids) {
   EXPECT_THROW(grid_of_factor(1, 1, nan_value), std::invalid_argument);
   EXPECT_THROW(grid_of_factor(1000, 1, 1e9), std::invalid_argument);
   EXPECT_THROW(grid_of_size(4, 4, 0, 1), std::invalid_argument);
-  // Images of one pixel are resampled, and other images to one pixel.
+  // An image of one pixel is enlarged, and an image is reduced to one pixel.
   for (const std::string& name : kernel_names()) {
     const Kernel kernel = kernel_of(name);
     const Image many =

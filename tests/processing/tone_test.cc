@@ -176,7 +176,7 @@ TEST(Stretch, DefaultsAreAstropys) {
   EXPECT_NEAR(asinh[1], 0.8310855776743599, 1e-15);
 }
 
-TEST(Stretch, ClipsOrGoesOnOddly) {
+TEST(Stretch, ClipsOrContinuesAsOddFunction) {
   using F = Stretch::Function;
   for (const F function : {F::linear, F::square_root, F::logarithm, F::asinh}) {
     const double softening = default_softening(function);

@@ -290,7 +290,7 @@ class Discs(unittest.TestCase):
                 self.render(folder, "out.fits", star))
 
     def test_many_are_white_too(self):
-        """The stretch of the picture takes the light of stars into account, however large it is."""
+        """The stretch of the picture makes discs white, however much of its light is in stars."""
         with SkyFolder() as folder:
             stars = {"number": 2e6, "bright": 14, "faint": 20}
             largest = self.render(folder, "out.bmp", [], stars=stars).max(axis=2)
