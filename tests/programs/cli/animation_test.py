@@ -1,5 +1,4 @@
-"""Films: each frame is what a single image of its camera would be, for any ranks and after an
-interruption.
+"""Films: each frame equals a single image of its camera, for any ranks and after interruptions.
 
 animation_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """

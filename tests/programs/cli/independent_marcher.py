@@ -1265,7 +1265,7 @@ warp_angle = -60
 SHAPES_RATIOS = {"disk1": 0.998245, "dust4": 1.000095}
 SHAPES_TOLERANCE = 3.8e-5
 
-# Associations so dense that the means over the first clouds hold.
+# A galaxy of dense associations and a smooth disk.
 YOUNG = """[arms]
 model = "logarithmic"
 pitch_angle = 20

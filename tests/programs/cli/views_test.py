@@ -1,5 +1,4 @@
-"""Views of the sphere around the camera: directions of objects, the total light of the sky, bad
-input.
+"""Views of the sphere around the camera: directions, total light of the sky, bad input.
 
 views_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
