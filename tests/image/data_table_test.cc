@@ -96,7 +96,7 @@ TEST(DataTables, RoundTripIsCleanForFitsverify) {
     EXPECT_EQ(none.columns.size(), 2U);
     EXPECT_EQ(none.columns[0].unit, "pix");
   }
-  // Tables of texts are read only if there are no others.
+  // Tables of texts come last in a file.
   EXPECT_EQ(read_data_table(folder / "a.fits").name, "TRUTH");
   EXPECT_EQ(read_data_table(folder / "a.fits", "3").name, "SCENE");
 }
