@@ -1,4 +1,4 @@
-// Any bytes as a FITS file with a catalogue.
+// Fuzzes the reader of catalogues in FITS files with any bytes.
 
 #include <cstdint>
 #include <string>

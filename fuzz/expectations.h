@@ -5,7 +5,7 @@
 
 #include "gamer/core/error.h"
 
-/// Wrong input ends in an InputError and in nothing else.
+/// Expects wrong input to end in an InputError and in nothing else.
 template <class Read>
 void expect_errors_only(Read read) {
   try {
@@ -14,7 +14,7 @@ void expect_errors_only(Read read) {
   }
 }
 
-/// What was read keeps its promises.
+/// Ends the program if data that were read break a promise.
 inline void expect(bool holds, const char* promise) {
   if (holds) return;
   std::fprintf(stderr, "not so: %s\n", promise);

@@ -1,4 +1,4 @@
-// Any bytes as a FITS file: reading it ends in an InputError or in pixels.
+// Fuzzes the reader of FITS files with any bytes, which end in an InputError or in pixels.
 
 #include <algorithm>
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace {
 
-/// More rows tell nothing new.
+/// More rows would test nothing new.
 constexpr long long most_pixels = 1 << 20;
 
 void read_streams(const std::string& name) {

@@ -10,7 +10,7 @@
 #include <initializer_list>
 #include <string>
 
-/// A folder of its own, in memory where there is such a place.
+/// A temporary folder, in memory where such a file system exists.
 class FuzzFolder {
  public:
   FuzzFolder() {
@@ -26,14 +26,14 @@ class FuzzFolder {
   FuzzFolder(const FuzzFolder&) = delete;
   FuzzFolder& operator=(const FuzzFolder&) = delete;
 
-  /// Makes it the working directory. A fuzzer's own paths must be absolute then.
+  /// Makes the folder the working directory. Other paths of a fuzzer must then be absolute.
   void enter() const { std::filesystem::current_path(path_); }
   std::string write(const std::string& name, const std::uint8_t* data, std::size_t size) const {
     std::ofstream file(path_ / name, std::ios::binary);
     file.write(reinterpret_cast<const char*>(data), static_cast<std::streamsize>(size));
     return (path_ / name).string();
   }
-  /// Removes what the names in `kept` are not.
+  /// Removes all files but those named in `kept`.
   void clean(std::initializer_list<std::string> kept) const {
     for (const auto& entry : std::filesystem::directory_iterator(path_)) {
       const std::string name = entry.path().filename().string();

@@ -1,5 +1,5 @@
-// Any text as a galaxy file and, after a NUL, as a table of luminosities. What is read has finite
-// densities everywhere, and stars that shine.
+// Fuzzes galaxy files with any text and, after a NUL, a table of luminosities. A galaxy that is
+// read has finite densities everywhere, and stars that shine.
 
 #include <algorithm>
 #include <cmath>
@@ -16,7 +16,7 @@
 
 namespace {
 
-// What the file says is checked the same with few points as with many.
+// Few points check a galaxy as well as many.
 constexpr std::size_t cloud_points = 2 * gamer::batch_capacity;
 
 bool is_proper(double value) { return std::isfinite(value) && value >= 0; }
@@ -67,7 +67,7 @@ void check_stars(const gamer::StarField& field, double largest_phi) {
     const gamer::StellarPopulation::Class& stars = field.population().at(k);
     expect(is_proper(stars.number) && is_proper(stars.light) && stars.low <= stars.high,
            "classes are proper");
-    // Some of the many: only so many cells are opened.
+    // Only so many cells are opened, since there may be very many.
     int cells = 100;
     field.walk(
         k, largest_phi, [&](const gamer::StarField::Cell&) { return --cells > 0; },

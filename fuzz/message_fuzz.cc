@@ -1,5 +1,4 @@
-// Any text as a message of the studio's page. The edits of galaxies and scenes that it asks for are
-// made.
+// Fuzzes messages of the studio's page with any text, and applies the edits that they ask for.
 
 #include <cstdint>
 #include <string>

@@ -5,9 +5,9 @@
 
 #include "gamer/core/resources.h"
 
-/// Data that the texts under test may name; nothing is read from disk. SEDs are "E", "Sbc", "Scd"
-/// and "Im", bandpasses "sdss_r" and "sdss_g". Galaxies are "dust" and "ngc4321": two bulges and
-/// dust, whose light is soon integrated. A luminosity function is "table", a header
+/// Data that the fuzzed texts may name; nothing is read from disk. SEDs are "E", "Sbc", "Scd" and
+/// "Im", bandpasses "sdss_r" and "sdss_g". The galaxy "ngc4321" has two bulges and dust, whose
+/// light is integrated fast; "dust" is dust alone. A luminosity function is "table", and a header
 /// "camera.header".
 inline gamer::Resources named_texts(std::string_view luminosities = "0.01 1 4000\n10 2 6000\n") {
   const char* sed = "# wavelength: Angstrom\n# flux: flambda\n900 1\n5500 1.5\n25000 0.5\n";

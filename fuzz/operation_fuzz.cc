@@ -1,4 +1,4 @@
-// Any options of any operation, on small images: an InputError, a RunError or an answer.
+// Fuzzes operations with any options on small images: an InputError, a RunError or an answer.
 //
 // The input is a command line: one word a line, the operation first. The file in.fits is a cube of
 // three bands on the sky, and psf.fits is a PSF. Outputs of more than 1 MB fail as on a full disk.
@@ -79,7 +79,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const FuzzFolder folder;
   static const Images images(folder);
   const std::vector<std::string> words = words_of(data, size);
-  // Nothing outside the folder, no streams.
+  // Words name no files outside the folder and no streams.
   for (const std::string& word : words) {
     if (word.find('/') != std::string::npos || word == "-") return 0;
   }

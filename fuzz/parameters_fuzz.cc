@@ -1,4 +1,4 @@
-// Any text as a parameter file, then, after a NUL each, any words as --set.
+// Fuzzes parameter files with any text, followed by words for --set, each after a NUL.
 
 #include <cstdint>
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace {
 
-/// What is written into the FITS file reads back to the same.
+/// Parameters that are written into a FITS file are read back unchanged.
 void check_record(const gamer::RenderParameters& parameters) {
   const std::string text = parameters.toml();
   try {
@@ -23,7 +23,7 @@ void check_record(const gamer::RenderParameters& parameters) {
   }
 }
 
-/// A path that was accepted has views everywhere.
+/// An accepted path has views at its first, middle and last frame.
 void check_frames(const gamer::RenderParameters& parameters) {
   const gamer::CameraPath path(parameters);
   for (const int frame : {0, path.frames() / 2, path.frames() - 1}) {

@@ -1,4 +1,5 @@
-// Any bytes as a PNG file with tables, as a table's chunk in one, and as the texts of such a chunk.
+// Fuzzes PNG files with tables with any bytes: as a file, as the chunk of a table, and as its
+// texts.
 
 #include <zlib.h>
 
@@ -21,7 +22,7 @@ std::string big_endian(std::uint64_t number, int bytes) {
 
 const Bytef* bytes_of(std::string_view text) { return reinterpret_cast<const Bytef*>(text.data()); }
 
-/// A PNG file of that chunk alone: its checksum hides the chunk from a fuzzer.
+/// A PNG file with this chunk and its checksum, which a fuzzer could not find.
 std::string file_of(std::string_view chunk) {
   const std::string body = gamer::png_table_chunk + std::string(chunk);
   return "\x89PNG\r\n\x1a\n" + big_endian(chunk.size(), 4) + body +
@@ -40,7 +41,7 @@ gamer::TextTable read(const FuzzFolder& folder, std::string_view file) {
   return gamer::read_png_table(folder.write("a.png", bytes_of(file), file.size()), "A");
 }
 
-/// What was read reads back to the same.
+/// A table that was read, written and read again is unchanged.
 void check(const FuzzFolder& folder, std::string_view file) {
   const gamer::TextTable table = read(folder, file);
   const std::vector<unsigned char> chunk = gamer::pack_png_table(table);

@@ -1,5 +1,5 @@
-// Any texts as target, Host, Origin and Cookie of a request to the studio, a NUL between them.
-// Without the secrets nothing is given away.
+// Fuzzes requests to the studio: target, Host, Origin and Cookie with a NUL between them. Without
+// the secrets a request gets nothing.
 
 #include <cstdint>
 #include <string_view>

@@ -1,5 +1,5 @@
-// Any text as a catalogue: a scene list, a plain table, CSV, a VOTable, ECSV, SExtractor's or
-// SkyMaker's.
+// Fuzzes catalogues with any text: a scene list, a plain table, CSV, a VOTable, ECSV, SExtractor's
+// or SkyMaker's list.
 
 #include <cstdint>
 #include <string_view>

@@ -11,7 +11,7 @@
 #include "named_texts.h"
 #include "scene/other_columns.h"
 
-/// Reads a catalogue for a view of the sky, a perspective and an orthographic one.
+/// Reads a catalogue for a view of the sky, a perspective view and an orthographic view.
 class SceneViews {
  public:
   SceneViews() {
@@ -48,7 +48,7 @@ class SceneViews {
     views_.push_back({std::move(parameters), std::move(camera), std::move(spectrum)});
   }
 
-  /// The other columns read back from the record as they are.
+  /// The other columns are read back from the record unchanged.
   static void check_others(const gamer::DataTable& others) {
     const std::string text = gamer::ecsv_text(others);
     const auto catalogue = gamer::Catalogue::parse(text, "others", gamer::CatalogueFormat::ecsv);
@@ -57,7 +57,7 @@ class SceneViews {
     expect(gamer::ecsv_text(gamer::table_of(catalogue, rows)) == text, text.c_str());
   }
 
-  /// The list that other ranks and the FITS file get reads back to the same scene.
+  /// The list for other ranks and for the FITS file gives the same scene.
   static void check(const gamer::Catalogue& catalogue, const View& view) {
     gamer::Resources texts = named_texts();
     const gamer::Scene scene =

@@ -1,4 +1,5 @@
-// Any text as a SED, a bandpass and an extinction curve, and its first line as the name of a SED.
+// Fuzzes spectra, bands and extinction curves with any text, and names of spectra with its first
+// line.
 
 #include <algorithm>
 #include <cmath>
@@ -18,7 +19,7 @@ bool is_proper(double value) { return std::isfinite(value) && value >= 0; }
 
 template <class Function>
 void check(gamer::Sed::Range range, Function value) {
-  // The range of analytic ones has no end.
+  // Analytic spectra have no end of their range.
   constexpr double largest = 1e300;
   const double low = range.low, high = std::min(range.high, largest);
   for (const double wavelength :

@@ -290,7 +290,7 @@ FIGURES = [
             for n in (2, 4, 8) for b in (0.4, 1, 3)], 3, windings, GREEN,
            {"winding": arms_of('model = "ringermacher-mead"\nscale = 0.5')}),
     Figure("pitch", "Pitch angle and number of arms",
-           "The logarithmic law: `pitch_angle` and `count` of `[arms]`. The fit finds what the file says.",
+           "The logarithmic law: `pitch_angle` and `count` of `[arms]`. The fit finds the values of the file.",
            [Galaxy("pitch", f"{p} deg, {c} arms", f"arms.pitch_angle={p};arms.count={c}")
             for c in (1, 2, 4) for p in (8, 16, 30)], 3, spirals, GREEN,
            {"pitch": arms_of('model = "logarithmic"')}),
@@ -324,7 +324,8 @@ FIGURES = [
             for t in (0, 0.3, 0.6, 1)], 4, None, GREEN),
     Figure("dust", "Dust",
            "A smooth disk with as much dust as light at each place, `optical_depth` 0, 0.5, 2 and 8. A column of "
-           "depth tau lets (1 - exp(-tau))/tau of its light through; the integral of this over the disk is the third column.",
+           "optical depth tau transmits the share (1 - exp(-tau))/tau of its light. The third column is the mean of this "
+           "share over the disk.",
            [Galaxy("slab", f"{d:g}", f"dust.optical_depth={d}") for d in (0, 0.5, 2, 8)], 4, lost, COLOURS,
            {"slab": SLAB}),
     Figure("inclination", "Inclination",
@@ -346,13 +347,14 @@ FIGURES = [
 
 HEAD = """# Gallery
 
-`scripts/figures.sh` makes this page and its pictures: what the keys of a galaxy do, after the figures of Groeneboom & Dahle
-(2014), and what [gutil](gutil.md) measures on the images. Each figure is one render,
+This page shows what the keys of a galaxy do, after the figures of Groeneboom & Dahle (2014), and what [gutil](gutil.md)
+measures on the images. `scripts/figures.sh` makes the page and its pictures. Each figure is one render,
 
     gamer build/figures/NAME.par build/figures/NAME.lst -o NAME.fits
     gutil rgb --method auto --bits 8 NAME.fits NAME.png
 
-of galaxies side by side that differ in their column `overrides` ([galaxies.md](galaxies.md)). A second run makes the same bytes.
+of galaxies side by side that differ in their column `overrides` ([galaxies.md](galaxies.md)). A second run gives
+identical files.
 """
 
 DEEP = """## A deep field

@@ -1,5 +1,5 @@
-// Adds a kind of component to gamer and renders a galaxy made of it into memory. Prints its flux
-// over the one that was asked for.
+// Adds a kind of component to gamer and renders a galaxy made of it into memory. Prints the ratio
+// of its flux to the flux asked for.
 
 #include <gamer/core/error.h>
 #include <gamer/job/job.h>

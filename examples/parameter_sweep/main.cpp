@@ -1,6 +1,5 @@
-// Renders a galaxy at several inclinations and depths of dust. A session keeps what was measured of
-// the galaxy, so that only the first render takes long. A second program thread may cancel a
-// render.
+// Renders a galaxy at several inclinations and depths of dust. A session keeps the galaxy's
+// measurements, so that only the first render takes long. Another thread may cancel a render.
 //
 //   parameter_sweep galaxy [dust component]
 

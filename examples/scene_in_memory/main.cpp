@@ -1,5 +1,5 @@
-// Builds a galaxy and a scene in memory, renders them with a bar of progress, and prints what each
-// object is. No file is read but spectra and bands.
+// Builds a galaxy and a scene in memory, renders them with a progress bar, and prints the
+// properties of each object. Only spectra and bands are read from files.
 //
 //   scene_in_memory [output.fits]
 
@@ -47,7 +47,7 @@ bands = ["lsst_g", "lsst_r"]
 tolerance = 1e-2
 )";
 
-/// Three galaxies in a row, farther and farther away.
+/// Three galaxies in a row, each farther away than the last.
 gamer::DataTable objects() {
   gamer::DataTable table;
   table.columns.push_back({"galaxy", "", "", std::vector<std::string>(3, "mine")});

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes a catalogue of 150 galaxies, as a survey would publish it: ECSV by Astropy.
+"""Writes an ECSV catalogue of 150 galaxies with Astropy, as a survey would publish it.
 
 catalogue.py OUTPUT
 """
@@ -16,12 +16,12 @@ CENTER = 150.1, 2.2  # right ascension and declination, deg
 
 rng = np.random.default_rng(2026)
 east, north = rng.uniform(-SIDE / 2, SIDE / 2, (2, COUNT)) / 3600
-# More faint galaxies than bright ones; fainter ones are smaller and farther away.
+# Most galaxies are faint; fainter galaxies are smaller and farther away.
 magnitude = 18.5 + 4 * rng.power(3, COUNT)
 index = np.clip(rng.lognormal(np.log(1.3), 0.5, COUNT), 0.6, 4)
 radius = 0.6 * 10 ** (-0.12 * (magnitude - 21)) * rng.lognormal(0, 0.25, COUNT)
 redshift = np.clip(0.25 * 10 ** (0.15 * (magnitude - 20)) * rng.lognormal(0, 0.3, COUNT), 0.02, 1.2)
-# Spectra from old stars only, in concentrated galaxies, to young ones.
+# Concentrated galaxies have spectra of old stars, and others of younger ones.
 spectrum = np.where(index > 2.2, "E", rng.choice(["Sbc", "Scd", "Im"], COUNT))
 
 table = Table({

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Compares what SExtractor found with table TRUTH, for objects without neighbours.
+"""Compares the catalogue of SExtractor with table TRUTH, for objects without neighbours.
 
 compare.py OBSERVED.FITS FOUND.CAT BAND
 
@@ -34,7 +34,7 @@ for row in isolated:
 print(f"{len(truth)} galaxies, {len(found)} found, {len(isolated)} isolated, {len(offsets)} compared")
 median = np.median(offsets, axis=0)
 spread = 1.4826 * np.median(abs(offsets - median), axis=0)
-# The median of n normal values has an error of 1.2533 / sqrt(n) times their spread.
+# The error of the median of n normal values is 1.2533/sqrt(n) times their spread.
 error = 1.2533 * spread / np.sqrt(len(offsets))
 for name, unit, value, width, sigma in zip(("magnitude", "x", "y"), ("mag", "pixel", "pixel"), median,
                                            spread, error):

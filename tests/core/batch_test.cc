@@ -15,7 +15,7 @@ TEST(Range, OfAnySize) {
     for (std::size_t size = 1; size <= batch_capacity; ++size) {
       BatchArray values;
       for (std::size_t i = 0; i < batch_capacity; ++i) {
-        // What follows the values does not count.
+        // Numbers behind the values do not count.
         values[i] = i < size ? static_cast<float>(to_unit(hash_words({size, i})) - 0.5)
                              : (i % 2 == 0 ? 7.0f : -7.0f);
       }

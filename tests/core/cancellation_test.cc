@@ -41,7 +41,7 @@ TEST(Cancellation, EndsLoopsInAllThreads) {
                                 EXPECT_EQ(CancellationScope::current(), &request);
                               }),
                  Cancelled);
-    // Each thread may be within a share of a few indices.
+    // Each thread may still be computing a few indices.
     EXPECT_LT(begun, 50);
   }
   use_threads(1);

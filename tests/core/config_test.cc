@@ -115,7 +115,7 @@ TEST(ParseToml, PartsOfAKeyAreBounded) {
   EXPECT_EQ(parse_error("\n" + dotted(17) + " = 1"), "a.par:2: a key has more than 16 parts");
   EXPECT_EQ(parse_error("[" + dotted(1000000) + "]"), "a.par:1: a key has more than 16 parts");
   EXPECT_EQ(parse_error("a = {" + dotted(17) + " = 1}"), "a.par:1: a key has more than 16 parts");
-  // The text ends in a quote; what follows is no string.
+  // The text ends at the quote; the rest is no string.
   EXPECT_EQ(parse_error("a = {b = \"\"\"x\"\"\"\", " + dotted(1000000) + " = 1}"),
             "a.par:1: a key has more than 16 parts");
 }
@@ -188,7 +188,7 @@ TEST(SetFromText, Errors) {
   EXPECT_EQ(set_error("a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a=1"),
             "--set a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a.a: a key has more than 16 parts");
   EXPECT_EQ(set_error("image.output=\xff\xfe"), "--set image.output: the value is not valid UTF-8");
-  // Parts of one letter with a control character between them.
+  // The two bytes of a letter, with a control character between them.
   EXPECT_EQ(set_error("image.output=x\xc7\x12\x82"),
             "--set image.output: the value is not valid UTF-8");
   EXPECT_EQ(value_at<std::int64_t>(root, "image", "size"), 10);

@@ -7,10 +7,10 @@
 namespace gamer {
 namespace {
 
-/// What the processor makes of them now, to be looked at in its usual mode.
+/// Products in the processor's present mode, which are examined in its usual mode.
 struct Products {
   float computed;  ///< half of the smallest normal number
-  float given;     ///< 2^100 times a denormal one
+  float given;     ///< 2^100 times a denormal number
 };
 
 Products products() {

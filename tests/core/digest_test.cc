@@ -32,7 +32,7 @@ TEST(Digest, TellsTextsApart) {
   EXPECT_EQ(digests.size(), texts);
 }
 
-// Each half is a hash of its own: no two of 10^4 texts share a half.
+// Each half is a hash: no two of 10^4 texts share a half.
 TEST(Digest, HasTwoIndependentHalves) {
   std::set<std::string> first, second;
   constexpr std::size_t texts = 10'000;

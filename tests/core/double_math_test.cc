@@ -46,7 +46,7 @@ double at(std::size_t i, double low, double high) {
   return low + (high - low) * (static_cast<double>(i) + 0.5) / size_of_side;
 }
 
-/// Largest relative error, and whether all targets give the same bits.
+/// Returns the largest relative error, and expects equal bits on all targets.
 template <class Function, class Exact>
 double largest_error(const std::vector<double>& x, Function function, Exact exact) {
   std::vector<double> first;

@@ -8,7 +8,7 @@
 
 namespace gamer {
 
-/// The message of the InputError that `action` throws; a failure where it throws none.
+/// The message of the InputError that `action` throws; the test fails where it throws none.
 template <typename Action>
 std::string error_text(Action&& action) {
   try {

@@ -66,7 +66,7 @@ TEST(ManualPage, Roff) {
             ".SH \"EXIT STATUS\"\n.PP\n0 or 1.\n");
 }
 
-/// What bash offers for the last of some words, which a shell reads.
+/// The words that bash offers in place of the last word, when a shell reads these words.
 std::string offered(const std::string& words) {
   return output_of("exec bash <<'SCRIPT'\n" + bash_completion(some_manual()) +
                    "COMP_WORDS=(paint " + words +
@@ -89,7 +89,7 @@ TEST(Completion, Bash) {
   EXPECT_EQ(offered("--output x"), "");
 }
 
-// A name in a list may be a file's; what stands in it is not run.
+// A name in a list may be that of a file, and is never run as a command.
 TEST(Completion, BashRunsNoNames) {
   Manual manual = some_manual();
   manual.commands.front().arguments.front().value = {"NAME", {}, "--names"};

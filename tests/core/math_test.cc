@@ -87,8 +87,7 @@ constexpr std::size_t sample_count = padded(400000);
 constexpr float smallest_normal = std::numeric_limits<float>::min();
 constexpr float infinity = std::numeric_limits<float>::infinity();
 
-/// Numbers from low to high, both included, evenly spread but for a jitter that reaches all last
-/// bits.
+/// Numbers from low to high, both included, evenly spread with a jitter that varies all last bits.
 std::vector<float> spread(double low, double high) {
   std::vector<float> x(sample_count);
   for (std::size_t i = 0; i < x.size(); ++i) {
@@ -110,7 +109,7 @@ std::vector<float> spread_logarithm(double low, double high) {
   return x;
 }
 
-/// `x` followed by `filler`, so that whole vectors of any target fit.
+/// `x` followed by `filler` up to whole vectors of any target.
 std::vector<float> padded_with(std::vector<float> x, float filler) {
   x.resize(padded(x.size()), filler);
   return x;
@@ -270,7 +269,7 @@ TEST(Math, SinCos) {
 }
 
 TEST(Math, Atan2) {
-  // All directions, at all lengths.
+  // The points lie in all directions at all distances.
   const std::vector<float> angle = spread(-pi, pi);
   std::vector<float> x(angle.size());
   std::vector<float> y(angle.size());

@@ -29,10 +29,10 @@ TEST(DidYouMean, NearestFirstAtMostThree) {
 }
 
 TEST(DidYouMean, LimitIsOneMoreThanAQuarterOfTheLength) {
-  // Length 8: at most three edits.
+  // A name of length 8 allows three edits.
   EXPECT_EQ(near_names("abcdefgh", {"abcdeXYZ"}), "; did you mean 'abcdeXYZ'?");
   EXPECT_EQ(near_names("abcdefgh", {"abcdWXYZ"}), "");
-  // Length 3: one.
+  // A name of length 3 allows one edit.
   EXPECT_EQ(near_names("abc", {"abX"}), "; did you mean 'abX'?");
   EXPECT_EQ(near_names("abc", {"aXY"}), "");
 }
@@ -54,7 +54,7 @@ TEST(DidYouMean, EqualNamesAreToldOnce) {
   EXPECT_EQ(near_names("siz", {"size", "size"}), "; did you mean 'size'?");
 }
 
-// Words of other programs are nearest, where what they mean is known.
+// Names of other programs are found by their meaning, where it is known.
 TEST(DidYouMean, Synonyms) {
   const std::vector<std::string> keys = {"rh", "z0", "sed", "shift"};
   EXPECT_EQ(did_you_mean("scale_length", keys), "; did you mean 'rh'?");

@@ -32,14 +32,14 @@ TEST_P(ParallelFor, ThrowsWhatWorkThrows) {
                               if (i == 500) throw std::runtime_error("here");
                             }),
                std::runtime_error);
-  // And can be used again.
+  // The threads can be used again.
   std::atomic<int> calls = 0;
   parallel_for(100, [&](std::size_t) { ++calls; });
   EXPECT_EQ(calls, 100);
 }
 
 TEST_P(ParallelFor, ThrowsForTheLeastIndex) {
-  // The least fails last: with one thread it is alone, with more it waits for another.
+  // The least index fails last: with one thread at once, with more after another index has failed.
   std::atomic<bool> has_failed = GetParam() == 1;
   try {
     parallel_for(
@@ -72,7 +72,7 @@ TEST_P(ParallelFor, LoopsWithinLoops) {
           std::this_thread::yield();
           ++calls[i * inner + k];
         });
-        // All of it is done.
+        // The inner loop is complete here.
         for (std::size_t k = 0; k < inner; ++k) EXPECT_EQ(calls[i * inner + k], 1);
         --now;
       },
@@ -103,7 +103,7 @@ INSTANTIATE_TEST_SUITE_P(Threads, ParallelFor, testing::Values(1, 2, 5));
 
 TEST(ParallelFor, WorksInThreads) {
   use_threads(2);
-  // Each waits for the other.
+  // Each index waits for the other.
   std::atomic<int> arrived = 0;
   parallel_for(8, [&](std::size_t i) {
     if (i % 4 != 0) return;
@@ -127,7 +127,7 @@ TEST(ParallelFor, TakesANumberOfThreads) {
 
 TEST(ParallelFor, OtherThreadsHelpWithinLoops) {
   use_threads(3);
-  // One index at a time, whose inner indices wait for each other.
+  // The indices of each inner loop wait for each other.
   for (int times = 0; times < 20; ++times) {
     parallel_for(
         2,
@@ -140,7 +140,7 @@ TEST(ParallelFor, OtherThreadsHelpWithinLoops) {
         },
         1);
   }
-  // The thread whose own index is done helps the other.
+  // The thread that has finished its own index helps with the other.
   parallel_for(
       2,
       [&](std::size_t i) {

@@ -12,10 +12,10 @@
 
 namespace gamer {
 
-/// Reads "key = value" with whatever else is needed and throws InputError.
+/// Reads "key = value" with the other keys that are needed, and throws InputError.
 using KeyParser = std::function<void(const std::string& key, const std::string& value)>;
 
-/// The parser must refuse the value with a message that names the key.
+/// Checks that the parser refuses the value with a message that names the key.
 inline void check_refusal(const KeyParser& parse, const std::string& key,
                           const std::string& value) {
   try {
@@ -38,7 +38,7 @@ inline std::string text_of(const Parameter& parameter, double x) {
   }
 }
 
-/// Tries one end of the interval, and beyond it in the direction `outward`.
+/// Tries one end of the interval, and a value beyond it in the direction `outward`.
 inline void check_end(const KeyParser& parse, const Parameter& parameter, double end, bool open,
                       double outward) {
   if (!std::isfinite(end)) return;
@@ -47,7 +47,7 @@ inline void check_end(const KeyParser& parse, const Parameter& parameter, double
     const std::string text = text_of(parameter, x);
     EXPECT_NO_THROW(parse(parameter.name, text)) << text;
   };
-  // Whole numbers beyond the 64-bit ones cannot be written.
+  // Integers of more than 64 bits cannot be written.
   if (whole && std::abs(end) >= 0x1p63) {
     accepted(std::nextafter(end, 0.0));
     return;
@@ -62,7 +62,7 @@ inline void check_end(const KeyParser& parse, const Parameter& parameter, double
 }
 
 /// Tries every parameter of a table at the ends of its interval and just beyond. Values within must
-/// parse. Values beyond, and those of another type, must be refused.
+/// parse; values beyond, and values of another type, must be refused.
 inline void check_parameter_ends(const ParameterTable& table, const KeyParser& parse) {
   for (const Parameter& parameter : table) {
     SCOPED_TRACE(parameter.name);

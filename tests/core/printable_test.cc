@@ -16,7 +16,7 @@ TEST(Printable, ControlCharactersAreEscaped) {
   EXPECT_EQ(printable("a\nb\rc\td"), "a\\nb\\rc\\td");
   EXPECT_EQ(printable("\x1b[2J\x7f"), "\\x1b[2J\\x7f");
   EXPECT_EQ(printable({"\0", 1}), "\\x00");
-  // The sequence CSI in one character.
+  // CSI is one character that begins a control sequence.
   EXPECT_EQ(printable("\xc2\x9b"), "\\xc2\\x9b");
 }
 
@@ -26,12 +26,12 @@ TEST(Printable, BytesThatAreNotUtf8AreEscaped) {
   EXPECT_EQ(printable("\xe4\xb8x"), "\\xe4\\xb8x");
   EXPECT_EQ(printable("\xc0\x8a"), "\\xc0\\x8a");
   EXPECT_EQ(printable("\xff"), "\\xff");
-  // Longer than need be: a line's end in three bytes and in four, CSI, the last of two bytes.
+  // Overlong forms: a line's end in three bytes and in four, CSI, the last character of two bytes.
   EXPECT_EQ(printable("\xe0\x80\x8a"), "\\xe0\\x80\\x8a");
   EXPECT_EQ(printable("\xf0\x80\x80\x8a"), "\\xf0\\x80\\x80\\x8a");
   EXPECT_EQ(printable("\xe0\x82\x9b"), "\\xe0\\x82\\x9b");
   EXPECT_EQ(printable("\xe0\x9f\xbf"), "\\xe0\\x9f\\xbf");
-  // Halves of pairs, and what is beyond Unicode.
+  // Surrogates, and numbers beyond Unicode.
   EXPECT_EQ(printable("\xed\xa0\x80"), "\\xed\\xa0\\x80");
   EXPECT_EQ(printable("\xed\xbf\xbf"), "\\xed\\xbf\\xbf");
   EXPECT_EQ(printable("\xf4\x90\x80\x80"), "\\xf4\\x90\\x80\\x80");

@@ -23,7 +23,7 @@ TEST(Mix64, GivesTheKnownSequenceOfSplitmix64) {
     state += golden_gamma;
     EXPECT_EQ(mix64(state), value);
   }
-  // The first one for x = 0.
+  // The first number for x = 0.
   EXPECT_EQ(mix64(golden_gamma), 0xe220a8397b1dcdafu);
 }
 
@@ -78,7 +78,7 @@ TEST(ToUnit, IsInTheHalfOpenInterval) {
 }
 
 TEST(R3Sequence, FollowsItsDefinition) {
-  // g by Newton's method, independent of the tabulated steps.
+  // Newton's method gives g independently of the tabulated steps.
   long double g = 1.2L;
   for (int i = 0; i < 30; ++i) g -= (g * g * g * g - g - 1) / (4 * g * g * g - 1);
   const R3Sequence sequence;
@@ -105,13 +105,14 @@ TEST(R3Sequence, IntegratesBetterThanIndependentPoints) {
     for (int k = 0; k < 3; ++k) mean[k] += p[k] / n;
     wave += std::sin(pi * p[0]) * std::sin(pi * p[1]) * std::sin(pi * p[2]) / n;
   }
-  // Independent points: sigma 4.5e-3 for each mean, 3.9e-3 for the wave, whose mean is (2/pi)^3.
+  // Independent points have sigma 4.5e-3 for each mean, and 3.9e-3 for the wave, whose mean is
+  // (2/pi)^3.
   for (const double m : mean) EXPECT_NEAR(m, 0.5, 1.2e-3);
   EXPECT_NEAR(wave, std::pow(2 / pi, 3), 2.4e-5);
 }
 
 TEST(R3Sequence, LowDiscrepancy) {
-  // Largest deviation of the share of points in boxes [0, a) x [0, b) x [0, c).
+  // The largest deviation of the share of points in boxes [0, a) x [0, b) x [0, c).
   const R3Sequence sequence;
   constexpr int n = 4096;
   constexpr int grid = 16;
@@ -131,7 +132,7 @@ TEST(R3Sequence, LowDiscrepancy) {
       }
     }
   }
-  // Measured 6.8e-3; ten sets of independent points gave 1.2e-2 to 2.4e-2.
+  // The measured value is 6.8e-3; ten sets of independent points gave 1.2e-2 to 2.4e-2.
   EXPECT_LT(worst, 8e-3);
 }
 

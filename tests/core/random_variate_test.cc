@@ -16,10 +16,10 @@ namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-/// The sizes of samples, and of the pieces in which they are made.
+/// The number of values in a sample, and in each piece of it.
 constexpr std::size_t sample_size = 10'000'000, piece_size = 1 << 16;
 
-/// Calls use(values) until sample_size values are made: make(first, values).
+/// Calls use(values) until sample_size values are made by make(first, values).
 template <class Make, class Use>
 void sample(Make make, Use use) {
   std::vector<double> values;
@@ -82,7 +82,8 @@ TEST_P(PoissonDistribution, PassesAChiSquareTest) {
   EXPECT_LT(std::abs(chi_square_sigmas(found, expected)), 4);
 }
 
-// Either side of the change of methods at 10; with and without the table of Stirling's errors.
+// The means lie on both sides of the change of methods at 10, and of the end of the table of
+// Stirling's errors.
 INSTANTIATE_TEST_SUITE_P(Means, PoissonDistribution,
                          testing::Values(0.001, 0.1, 1.0, 5.0, 9.999, 10.0, 12.0, 25.0, 50.0, 500.0,
                                          1e4),
@@ -94,8 +95,8 @@ INSTANTIATE_TEST_SUITE_P(Means, PoissonDistribution,
 
 class LargePoisson : public testing::TestWithParam<double> {};
 
-// Where bins are too many: moments up to the third. The standard errors are those of a Poisson
-// distribution, whose central moments are mu, mu + 3 mu^2 and, of sixth order, 15 mu^3 + ...
+// Moments up to the third replace bins, which would be too many. Their standard errors follow from
+// the central moments of a Poisson distribution: mu, mu + 3 mu^2 and, of sixth order, 15 mu^3 + ...
 TEST_P(LargePoisson, HasItsMoments) {
   const double mean = GetParam();
   const std::vector<double> means(piece_size, mean);
@@ -121,7 +122,7 @@ TEST_P(LargePoisson, HasItsMoments) {
 INSTANTIATE_TEST_SUITE_P(Means, LargePoisson, testing::Values(1e3, 1e5, 1e7, 1e9, 1e12));
 
 TEST(NormalVariates, PassAChiSquareTest) {
-  // Equal steps in z, the tails beyond 6 in the end bins.
+  // Bins have equal steps in z; the end bins hold the tails beyond 6.
   constexpr int bin_count = 600;
   constexpr double end_record = 6;
   const auto below = [](double z) { return 0.5 * std::erfc(-z / std::numbers::sqrt2); };
@@ -130,7 +131,7 @@ TEST(NormalVariates, PassAChiSquareTest) {
     const double low = i == 0 ? -100 : -end_record + 2 * end_record * i / bin_count;
     const double high =
         i + 1 == bin_count ? 100 : -end_record + 2 * end_record * (i + 1) / bin_count;
-    // The upper half by symmetry: it has no small differences of numbers near 1.
+    // The upper half follows by symmetry, which avoids small differences of numbers near 1.
     expected[static_cast<std::size_t>(i)] =
         sample_size * (low >= 0 ? below(-low) - below(-high) : below(high) - below(low));
   }
@@ -146,8 +147,8 @@ TEST(NormalVariates, PassAChiSquareTest) {
 }
 
 TEST(NormalVariates, InvertTheDistributionFunction) {
-  // The uniform number of a variate is known, so that erfc gives it back. Of 10^6 the least
-  // probable is in a tail of 1e-6 or so.
+  // The uniform number of each variate is known, and erfc gives it back. The least probable of 10^6
+  // is in a tail of about 1e-6.
   constexpr std::size_t count = 1'000'000;
   std::vector<double> values(count);
   normal_variates(9, 100, values);
@@ -166,7 +167,7 @@ TEST(NormalVariates, InvertTheDistributionFunction) {
 TEST(RandomVariates, AreFunctionsOfKeyAndNumber) {
   constexpr std::size_t count = 3000;
   std::vector<double> means(count);
-  // Neighbours of all methods, so that vectors are mixed.
+  // The means belong to all methods in random order, so that vectors are mixed.
   for (std::size_t i = 0; i < count; ++i) means[i] = std::pow(10.0, to_unit(mix64(i)) * 7 - 2);
   std::vector<double> counts(count), normals(count);
   poisson_variates(1, 7, means, counts);
@@ -200,7 +201,7 @@ TEST(RandomVariates, AreTheSameOnEveryTarget) {
   });
 }
 
-TEST(PoissonVariates, StandWithoutLightAndWithTooMuch) {
+TEST(PoissonVariates, AreDefinedWithoutLightAndWithTooMuch) {
   const std::vector<double> means = {0, -0.0, -5, -1e300, nan_value, 1e100, 1e101, INFINITY, 12, 0};
   std::vector<double> counts(means.size());
   for_each_simd_target([&] {

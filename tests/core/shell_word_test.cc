@@ -15,7 +15,7 @@ TEST(ShellWord, PlainWordsStayAsTheyAre) {
   EXPECT_EQ(shell_word(""), "''");
 }
 
-// Bash gives the word back.
+// Bash reads the quoted word as the original word.
 TEST(ShellWord, AShellReadsTheWord) {
   for (const std::string word :
        {"a b", "$HOME `x` \"q\"", "it's", "\x1b[31m\nb'\\ \xc3\xa9", "\xff"}) {

@@ -15,7 +15,7 @@ TEST(UtcTime, KnownMoments) {
   EXPECT_EQ(utc_time_text(951782400), "2000-02-29T00:00:00Z");
 }
 
-// The C library is independent.
+// The dates of the C library are independent.
 TEST(UtcTime, AgreesWithTheLibrary) {
   std::mt19937_64 random(1);
   for (int i = 0; i < 10000; ++i) {

@@ -16,12 +16,13 @@
 
 namespace gamer {
 
-/// Makes damaged copies of a file. Each follows from its seed, on any machine.
+/// Makes damaged copies of a file, each of which follows from its seed on any machine.
 class Damage {
  public:
   explicit Damage(unsigned seed) : random_(seed) {}
 
-  /// FITS: bytes as below, and cards that are changed, removed or repeated, and blocks swapped.
+  /// A FITS file with bytes as in of_bytes(), with cards changed, removed or repeated, or blocks
+  /// swapped.
   std::string of_fits(std::string bytes) {
     constexpr std::size_t record_size = 80, block_size = 2880;
     switch (below(7)) {
@@ -48,7 +49,7 @@ class Damage {
     }
   }
 
-  /// Any file: cut off, or bits turned, or bytes replaced.
+  /// Any file, cut off or with bits flipped or bytes replaced.
   std::string of_bytes(std::string bytes) {
     const std::size_t count = 1 + below(8);
     switch (below(3)) {
@@ -69,7 +70,7 @@ class Damage {
     return bytes;
   }
 
-  /// A text: bytes as above, and words and lines that are changed, removed or repeated.
+  /// A text with bytes as in of_bytes(), or with words and lines changed, removed or repeated.
   std::string of_text(std::string text) {
     const std::size_t at = below(text.size());
     const auto bounds = [&](std::string_view separators) {
@@ -97,7 +98,7 @@ class Damage {
   std::size_t below(std::size_t count) { return count == 0 ? 0 : random_() % count; }
 
  private:
-  /// Where one of the cards with a value begins; 0 where there is none.
+  /// The place of one of the cards with a value; 0 where there is none.
   std::size_t card(const std::string& bytes) {
     constexpr std::size_t record_size = 80;
     std::vector<std::size_t> cards;
@@ -122,7 +123,7 @@ class Damage {
   std::mt19937 random_;
 };
 
-/// Damaged files of each kind.
+/// The number of damaged files of each kind.
 inline constexpr unsigned damaged_files = 500;
 
 /// Writes damaged copies, made by damage(damage, seed), to `path` and reads each. It must be read,
@@ -143,7 +144,7 @@ void expect_errors_that_name(const std::filesystem::path& path, const Make& make
       ++errors;
     }
   }
-  // The damage does not miss the file.
+  // Enough damages hit the file.
   EXPECT_GT(errors, damaged_files / 10);
 }
 

@@ -1,4 +1,4 @@
-// Damaged files of every kind: each is read, or ends in an error that names it.
+// Damaged files of every kind: each is read, or ends in an error that names the file.
 
 #include <fitsio.h>
 #include <gtest/gtest.h>
@@ -31,7 +31,7 @@ const TextTable inputs = {
     {{"render.par", "[image]\nsize = 3\n"}, {"scene.lst", "galaxy x y z\nspiral 0 0.7 0\n"}},
     {}};
 
-/// A cube of two planes on the sky, with the texts of its job.
+/// The header of a cube of two planes on the sky, with the texts of a job.
 ImageHeader header() {
   ImageHeader result = test_header(9, 7, {4400, 5500});
   SkyView view;
@@ -176,7 +176,7 @@ TEST_F(DamagedFiles, ExtendedNames) {
 
 class HeaderCards : public DamagedFiles {
  protected:
-  /// What is wrong with a file of that first header and no data.
+  /// The error of reading a file with these first cards and no data.
   std::string error(const std::vector<std::string>& cards) const {
     const auto path = folder_ / "x.fits";
     std::string bytes;
@@ -187,7 +187,7 @@ class HeaderCards : public DamagedFiles {
     bytes.resize((bytes.size() + 2879) / 2880 * 2880, ' ');
     std::ofstream(path, std::ios::binary) << bytes;
     const std::string message = error_text([&] { FitsFile::open(path, "x.fits"); });
-    // Every reader says the same.
+    // Every reader gives this message.
     const std::string named = path.string() + message.substr(std::string("x.fits").size());
     EXPECT_EQ(error_text([&] { FitsInput(path.string()); }), named);
     EXPECT_EQ(error_text([&] { read_data_table(path); }), named);
@@ -227,7 +227,7 @@ TEST_F(HeaderCards, SizesThatOverflow) {
   std::vector<std::string> square = image_cards("2", "4294967296");
   square[4] = card("NAXIS2", "4294967296");
   EXPECT_EQ(error(square), cannot_be);
-  // Infinity times 0.
+  // The product of the sizes is infinity times 0.
   std::vector<std::string> many = {card("SIMPLE", "T"), card("BITPIX", "8"), card("NAXIS", "20")};
   for (int axis = 1; axis <= 20; ++axis) {
     many.push_back(card("NAXIS" + std::to_string(axis), axis == 20 ? "0" : "9000000000000000000"));

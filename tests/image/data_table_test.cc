@@ -23,7 +23,7 @@ using Reals = std::vector<double>;
 using Integers = std::vector<std::int64_t>;
 using Texts = std::vector<std::string>;
 
-/// Equal, and NaN in the same rows.
+/// Expects equal numbers, and NaN in equal rows.
 void expect_reals(const DataColumn& column, const Reals& expected) {
   ASSERT_TRUE(std::holds_alternative<Reals>(column.values)) << column.name;
   const auto& values = std::get<Reals>(column.values);
@@ -96,12 +96,12 @@ TEST(DataTables, RoundTripIsCleanForFitsverify) {
     EXPECT_EQ(none.columns.size(), 2U);
     EXPECT_EQ(none.columns[0].unit, "pix");
   }
-  // Tables of texts come last.
+  // Tables of texts come last in a file.
   EXPECT_EQ(read_data_table(folder / "a.fits").name, "TRUTH");
   EXPECT_EQ(read_data_table(folder / "a.fits", "3").name, "SCENE");
 }
 
-/// Rows, column names, types and forms as another program writes them.
+/// A column as another program writes it: name, type, form, rows.
 struct ForeignColumn {
   const char* form;
   const char* unit = "";
@@ -136,7 +136,7 @@ void write_integers(FitsFile& file, int column, std::vector<LONGLONG> values) {
             static_cast<LONGLONG>(values.size()), values.data());
 }
 
-/// A table with columns of all types, with nulls, an offset that makes the type unsigned, a scale.
+/// Writes columns of all types, with nulls, an offset that makes the type unsigned, and a scale.
 void write_foreign_columns(const std::filesystem::path& path) {
   FitsFile file = foreign_table(path, BINARY_TBL, 3,
                                 {{"1I", "mag"},
@@ -185,7 +185,7 @@ TEST(DataTables, BinaryTableOfAnotherProgram) {
   EXPECT_EQ(table.name, "FOREIGN");
   Texts names;
   for (const DataColumn& column : table.columns) names.push_back(column.name);
-  // Without arrays, complex numbers, bits and columns of no width.
+  // Arrays, complex numbers, bits and columns of width 0 are left out.
   ASSERT_EQ(names, (Texts{"c1", "c2", "c3", "c4", "c5", "c8", "c11", "c13", "c15"}));
   EXPECT_EQ(table.columns[0].unit, "mag");
   EXPECT_EQ(table.columns[0].description, "first");
@@ -282,7 +282,7 @@ TEST(DataTables, WrongFilesAreInputErrors) {
   EXPECT_THROW(read_data_table(folder.path()), InputError);
 }
 
-/// A header that promises more than any memory holds.
+/// The header promises more rows than any memory holds.
 TEST(DataTables, HugeTableIsAnInputError) {
   TemporaryFolder folder;
   const auto path = folder / "a.fits";
@@ -333,7 +333,7 @@ TEST(HeaderText, FirstImageOrTheOneAskedFor) {
       EXPECT_NE(second.find("EXTNAME = '5500A"), std::string::npos) << name << hdu;
     }
   }
-  // A file that is called so comes first.
+  // A file whose name has these brackets comes before the HDU of another file.
   write_test_image({folder / "a.fits[1].fits", -32, ImageLayout::cube, false}, header);
   std::filesystem::rename(folder / "a.fits[1].fits", folder / "a.fits[1]");
   EXPECT_NE(header_text(folder / "a.fits[1]").find("SIMPLE"), std::string::npos);
@@ -403,7 +403,7 @@ TEST(Ecsv, AstropyReadsIt) {
   if (astropy_python().empty()) GTEST_SKIP() << "no Python with Astropy";
   TemporaryFolder folder;
   DataTable table = test_table();
-  // Astropy takes blanks at the end of a word away.
+  // Astropy removes blanks at the end of a word.
   std::get<Texts>(table.columns[2].values)[3] = "Sérsic\n%41";
   write_ecsv(folder / "a.ecsv", table);
   write_ecsv(folder / "none.ecsv", {"NONE", {{"x", "nJy", "", Reals{}}}, {}});

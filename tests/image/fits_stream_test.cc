@@ -23,7 +23,7 @@ std::vector<double> values_of(const Plane& plane) {
   return values;
 }
 
-/// NaN equal to NaN, and zeros by their sign.
+/// Whether bits are equal; a NaN only needs to be a NaN.
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
   return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0;
 }
@@ -42,8 +42,8 @@ PlanePtr plane_of(std::vector<double> values) {
   return std::make_shared<MemoryPlane>(image_width, image_height, std::move(values));
 }
 
-/// Writes an image in tiles that do not divide it, of which none can be quantised, so that its
-/// numbers are packed as they are. Returns them.
+/// Writes an image in tiles that do not divide it. No tile can be quantised, so that numbers are
+/// packed unchanged. Returns the numbers.
 template <class Number>
 std::vector<double> write_tiles(const std::string& name, int method, int bitpix, int type,
                                 bool has_sum) {
@@ -213,7 +213,7 @@ TEST(FitsStream, FourAxes) {
 TEST(FitsStream, PlanesTooSmallForFloats) {
   TemporaryFolder folder;
   FitsOutput output({folder / "a.fits", true});
-  // Wings that vanish are no loss.
+  // Values far below the peak may vanish as floats.
   std::vector<double> wings(image_width * image_height, 1e-60);
   wings[0] = 1;
   output.write({}, {plane_of(wings)}, -32, 1);
@@ -269,7 +269,7 @@ TEST(FitsStream, Failures) {
   const std::size_t naxis = large.find("NAXIS1  =") + 10;
   large.replace(naxis, 20, "          2000000000");
   EXPECT_NE(with(large).find("is cut off"), std::string::npos) << with(large);
-  // The product overflows 64 bits.
+  // The product of the sizes overflows 64 bits.
   std::string larger = bytes;
   larger.replace(larger.find("NAXIS1  =") + 10, 20, "          2147483647");
   larger.replace(larger.find("NAXIS2  =") + 10, 20, "          2147483647");
@@ -296,7 +296,7 @@ TEST(FitsStream, OutputsThatCannotBe) {
   EXPECT_NE(message({folder / "x.txt", false}).find("must end in .fits or .fits.fz"),
             std::string::npos);
   EXPECT_NE(message({folder / "no/x.fits", false}).find("does not exist"), std::string::npos);
-  // Nothing is left of what was not finished, and what was there stays.
+  // An unfinished output leaves nothing, and an existing file remains.
   EXPECT_EQ(folder.file_count(), 1u);
 }
 
@@ -321,7 +321,7 @@ TEST(FitsTiles, OfNumbersThatCannotBeQuantised) {
         const FitsInput input(name);
         EXPECT_TRUE(same_bits(values_of(*input.plane(1, 0)), values)) << method << ' ' << bitpix;
       }
-      // CFITSIO packs them so, and cannot read them.
+      // CFITSIO packs such a tile, but cannot read it.
       std::filesystem::remove(name);
       write_tiles<float>(name, method, -64, TFLOAT, has_sum);
       EXPECT_EQ(message_of(name),

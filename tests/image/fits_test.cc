@@ -302,7 +302,7 @@ TEST(FitsWriter, NameIsTakenLiterally) {
   }
 }
 
-/// A limit on the size of files stands for a full disk: the write fails in the same place.
+/// A limit on the size of files acts like a full disk: the write fails at an equal place.
 TEST(FitsWriter, FullDiskIsARunErrorThatLeavesNothing) {
   for (const char* suffix : {".fits", ".fits.fz", ".png", ".bmp"}) {
     TemporaryFolder folder;
@@ -535,7 +535,8 @@ TEST(FitsWorldCoordinates, LinearWavelengths) {
   for (const char* name : {"a.fits", "a.fits.fz"}) {
     const OutputOptions options{folder / name, -32, ImageLayout::cube, false};
     write_test_image(options, header);
-    // 0.1 - 0.25 (1 - 4.5) = 0.975; -0.2 + 0.25 (4 - 2.5) = 0.175; the third wavelength.
+    // 0.1 - 0.25 (1 - 4.5) = 0.975 and -0.2 + 0.25 (4 - 2.5) = 0.175; the third plane has 4000.7
+    // Angstrom.
     EXPECT_EQ(
         astropy(options.path, world + "i = [x for x in h if x.is_image and x.data is not None]\n"
                                       "print(i[0].header[\"CTYPE3\"], i[0].header[\"CUNIT3\"])\n"
@@ -544,7 +545,7 @@ TEST(FitsWorldCoordinates, LinearWavelengths) {
   }
 }
 
-// WCS(header) needs no table.
+// Planes of uneven wavelengths are counted, so that WCS(header) needs no table.
 TEST(FitsWorldCoordinates, UnevenWavelengthsAreCounted) {
   if (astropy_python().empty()) GTEST_SKIP() << "no Python with Astropy";
   TemporaryFolder folder;
@@ -687,7 +688,7 @@ TEST_P(CelestialFormats, RecordsAreReproducedAndAstropyAgrees) {
     const bool third_axis = format.layout == ImageLayout::cube && format.wavelengths.size() > 1 &&
                             records.size() != sip_records.size();
     expected += fmt::format("{:.11f} {:.11f}", sky.ra, sky.dec);
-    // Wavelengths that are not evenly spaced are counted.
+    // Planes whose wavelengths are not evenly spaced are counted.
     const double first = format.wavelengths == three ? 1 : format.wavelengths[0];
     expected += third_axis ? fmt::format(" {:.6g}\n", first) : "\n";
     command += " '" + path.string() + "'";

@@ -15,7 +15,7 @@
 
 namespace gamer {
 
-/// A folder of its own, removed with everything in it.
+/// A temporary folder, removed with its contents.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -31,7 +31,7 @@ class TemporaryFolder {
 
   std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
   const std::filesystem::path& path() const { return path_; }
-  /// Everything in it, hidden files too.
+  /// The number of files in it, hidden ones included.
   std::size_t file_count() const {
     return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(path_), {}));
   }
@@ -57,8 +57,7 @@ inline CommandResult run_command(const std::string& command) {
   return result;
 }
 
-/// Fails where fitsverify has anything to say about the file; says nothing where it is not
-/// installed.
+/// Fails if fitsverify reports anything about the file; does nothing if it is not installed.
 inline void expect_fitsverify_clean(const std::filesystem::path& path) {
   static const bool installed = run_command("command -v fitsverify").status == 0;
   if (!installed) return;

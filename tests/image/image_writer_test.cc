@@ -29,7 +29,7 @@ bool contains(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;
 }
 
-/// Runs `body` in a child process, whose limits it may change; returns what it returns.
+/// Runs `body` in a child process, whose limits `body` may change; returns its result.
 int in_child(const std::function<int()>& body) {
   const pid_t child = fork();
   if (child == 0) {
@@ -90,13 +90,13 @@ TEST(CheckOutput, Folder) {
   EXPECT_TRUE(contains(message_of({folder / "b.fits", -32, ImageLayout::cube, true}, header),
                        "is a folder"));
   EXPECT_NE(message_of({folder / (std::string(300, 'n') + ".fits")}, header), "");
-  // Long names that the file system does take are fine.
+  // This long name is one that the file system accepts.
   EXPECT_EQ(message_of({folder / (std::string(250, 'n') + ".fits")}, header), "");
 }
 
 TEST(CheckOutput, FolderThatCannotBeWritten) {
   if (geteuid() == 0) {
-    // Root writes everywhere but into the kernel's own folders.
+    // Root can write everywhere but in folders of the kernel.
     EXPECT_NE(message_of({"/proc/a.fits"}, test_header(4, 4, two)), "");
     return;
   }
@@ -119,7 +119,7 @@ TEST(CheckOutput, ExistingFile) {
   EXPECT_EQ(file_bytes(folder / "a_5500A.fits"), "x");
   options.overwrite = true;
   EXPECT_EQ(message_of(options, header), "");
-  // A link to nowhere is in the way, too.
+  // A dangling link counts as an existing file.
   std::filesystem::create_symlink("nowhere", folder / "b.fits");
   EXPECT_TRUE(contains(message_of({folder / "b.fits"}, header), "exists"));
 }
@@ -145,7 +145,7 @@ TEST(CheckOutput, DiskTooSmall) {
 TEST(CheckOutput, PictureTooLarge) {
   TemporaryFolder folder;
   const ImageHeader header = test_header(1000000, 1000000, two);
-  // 3 channels of 8 bytes and the picture's 6.
+  // A pixel takes 3 channels of 8 bytes, and 6 bytes of the picture.
   const std::string message = message_of({folder / "a.png"}, header);
   EXPECT_TRUE(contains(message, "needs 21.8 TiB of memory")) << message;
   EXPECT_TRUE(contains(message_of({folder / "a.bmp"}, header), "4 GiB"));

@@ -87,7 +87,8 @@ TEST(PictureWhite, IsWhiteAtFullBrightness) {
     const std::vector<double> white = picture_white(tone, planes, own);
     Colour colour{};
     for (std::size_t p = 0; p < own.size(); ++p) {
-      // The longest third is red, the shortest blue.
+      // The third of the planes with the longest wavelengths is red, that with the shortest is
+      // blue.
       const auto redder = std::ranges::count_if(own, [&](double w) { return w > own[p]; });
       const auto c = static_cast<std::size_t>(3 * redder / planes);
       colour[c] += white[p] * tone.factor[c] * 3 / planes;
@@ -96,18 +97,17 @@ TEST(PictureWhite, IsWhiteAtFullBrightness) {
       EXPECT_NEAR(channel, 1, 1e-12) << planes;
     }
   }
-  // Two planes: red and blue are exact.
+  // With two planes, red and blue are exact.
   const std::vector<double> of_two = picture_white(tone, 2, {4400, 8000});
   EXPECT_NEAR(of_two[0] * 1.5 / (of_two[1] * 0.5), 1, 1e-12);
   EXPECT_TRUE(picture_white(PictureTone{}, 1, {}).empty());
-  // Grey: one plane.
+  // One plane is grey.
   EXPECT_NEAR(picture_white({{}, {1, 1, 1}, 2, 0.25}, 1, {})[0], std::sinh(4) / 2, 1e-12);
 }
 
 // ---- Channels ----------------------------------------------------------------------------------
 
-/// The channel that is brightest at each of the planes' own pixels. Pixel x = 2 p + 1 is lit in
-/// plane p alone.
+/// The brightest channel at the pixel of each plane. Pixel x = 2 p + 1 has light in plane p alone.
 std::vector<int> brightest_channels(const std::vector<double>& wavelengths) {
   const int planes = static_cast<int>(wavelengths.size());
   Image image(2 * planes + 1, 8, planes);
@@ -196,7 +196,7 @@ TEST(MakePicture, DoesNotDependOnTheUnit) {
 }
 
 TEST(MakePicture, IsThatOfLightPerUnitWavelength) {
-  // An image in nJy, and the light per unit wavelength of it, f_nu/lambda^2.
+  // An image in nJy, and its light per unit wavelength, f_nu/lambda^2.
   const Image image = galaxy(64);
   Image per_wavelength = image, counts = image;
   const std::vector<double> zero_points = {31.4, 31.4, 31.4}, of_counts = {25.1, 25.9, 24.2};
@@ -225,7 +225,7 @@ TEST(ChannelFactors, AreOfTheMeanLightOfTheirPlanes) {
   EXPECT_NEAR(light[1], 4, 1e-12);
   EXPECT_NEAR(light[2], std::pow(10, -0.4) * 16 / 9, 1e-12);
   const double mean = std::cbrt(light[0] * light[1] * light[2]);
-  // By wavelength, or in the order of the planes.
+  // Channels follow wavelengths if these are known, and otherwise the order of planes.
   const Colour sorted = channel_factors(3, {8000, 4000, 6000}, light);
   const Colour given = channel_factors(3, {}, light);
   const int places[] = {0, 2, 1};
@@ -245,7 +245,7 @@ TEST(ChannelFactors, AreOfTheMeanLightOfTheirPlanes) {
   EXPECT_THROW(light_of_unit({5000}, {25, 26}), std::invalid_argument);
 }
 
-/// What an astronomer wants to see in a picture of a galaxy.
+/// Expects the properties that an astronomer wants of a picture of a galaxy.
 void expect_natural(const Picture& picture) {
   const int size = picture.width;
   const double count = static_cast<double>(size) * size;
@@ -263,11 +263,11 @@ void expect_natural(const Picture& picture) {
   const Colour nucleus = pixel(picture, size / 2, size / 2);
   EXPECT_GT(nucleus[0], 0.8);
   EXPECT_GT(nucleus[0], 1.1 * nucleus[2]);
-  // On an arm, half way out: phi = 4 ln r at r = 0.5.
+  // A place on an arm, half-way out: phi = 4 ln r at r = 0.5.
   const double phi = 4 * std::log(0.5);
   const int x = static_cast<int>((0.5 * std::cos(phi) + 1.2) / 2.4 * size);
   const int y = static_cast<int>((0.5 * std::sin(phi) + 1.2) / 2.4 * size);
-  // The mean of nine pixels, so that noise of one does not decide.
+  // A mean of nine pixels suppresses noise.
   Colour arm{};
   for (int row = size - 2 - y; row <= size - y; ++row) {
     for (int column = x - 1; column <= x + 1; ++column) {
@@ -441,7 +441,7 @@ TEST(PictureFile, StandardOutputHasTheWholePng) {
   EXPECT_EQ(file_bytes(folder / "out"), file_bytes(folder / "a.png"));
 }
 
-TEST(PictureFile, WhatCannotBeWrittenIsSaidBefore) {
+TEST(PictureFile, UnwritableFilesAreErrorsBeforeWriting) {
   TemporaryFolder folder;
   std::ofstream(folder / "there.png") << "precious";
   const auto message = [&](const PictureFileOptions& options, int width = 3, int height = 2) {
@@ -530,7 +530,7 @@ TEST(AutomaticTone, BalanceOfAFaintNoisyChannelIsThatWithoutNoise) {
   const std::vector<PlanePtr> planes = {memory_plane(image, 2), memory_plane(image, 1),
                                         memory_plane(image, 0)};
   const PictureTone tone = automatic_tone(picture_channels(planes, {}), 1);
-  // Red over blue and green over blue, from the sums of the images without noise.
+  // The expected ratios of channels come from the sums of the images without noise.
   EXPECT_NEAR(tone.factor[0] / tone.factor[2], std::sqrt(light[0] / light[2]), 0.003);
   EXPECT_NEAR(tone.factor[1] / tone.factor[2],
               std::pow(light[2] * std::pow(light[0], 3), 0.25) / light[1], 0.0035);
@@ -566,8 +566,8 @@ TEST(PictureWriter, SameAsMakePictureInAnyOrder) {
   EXPECT_EQ(folder.file_count(), 2U);
 }
 
-// Two faces side by side, the first to the right; what no face covers is black. A tone that is
-// given is taken: value 1 is white.
+// Two faces stand side by side, the first to the right, and other pixels are black. The given tone
+// makes the value 1 white.
 TEST(PictureWriter, FacesStandWhereTheySay) {
   TemporaryFolder folder;
   ImageHeader header;

@@ -21,7 +21,7 @@ std::vector<double> counted(int count) {
   return values;
 }
 
-/// Value 1000 y + x, made in tiles of a size of its own.
+/// A plane with the value 1000 y + x, made in tiles of the given size.
 class TiledPlane final : public Plane {
  public:
   TiledPlane(int width, int height, Tile tile) : Plane(width, height), tile_(tile) {}
@@ -112,7 +112,7 @@ TEST(Plane, BandsEndWhenCancelled) {
                                  request.request();
                                }),
                  Cancelled);
-    // The next band may have been made meanwhile.
+    // The next band may already be complete.
     EXPECT_LE(rows, 2 * threads);
   }
 }

@@ -16,7 +16,7 @@ namespace gamer {
 namespace {
 
 TextTable some_table(const std::string& name) {
-  // Any bytes, and one cell that packs well.
+  // The table has arbitrary bytes, and one cell that packs well.
   return {
       name, {"A", ""}, {{"1", std::string("\0\xff 7:", 6)}, {"", std::string(100000, 'x')}}, {}};
 }
@@ -44,7 +44,7 @@ TEST_F(PngTableTest, IsReadAsItWasWritten) {
   EXPECT_EQ(table.columns, some_table("").columns);
   EXPECT_EQ(table.rows, some_table("").rows);
   EXPECT_LT(std::filesystem::file_size(path_), 1000u);
-  // Other programs see the picture alone.
+  // Other programs see only the picture.
   const ReadPng picture = read_png(path_);
   EXPECT_EQ(picture.values, (std::vector<std::uint16_t>{1, 2, 3, 40000, 50000, 65535}));
   EXPECT_EQ(picture.texts.size(), 1u);

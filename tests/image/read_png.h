@@ -17,7 +17,7 @@ struct ReadPng {
   int width = 0, height = 0, bits = 0, colour_type = 0;
   bool is_srgb = false;
   std::map<std::string, std::string> texts;
-  std::vector<std::uint16_t> values;  ///< row 0 the top; of 8 or 16 bits
+  std::vector<std::uint16_t> values;  ///< row 0 is the top; 8 or 16 bits
 
   int at(int x, int row, int channel) const {
     return values[(static_cast<std::size_t>(row) * width + x) * 3 + channel];

@@ -30,7 +30,7 @@ StampHeader stamp(std::size_t number) {
   return own;
 }
 
-/// The value of a pixel that tells its place.
+/// A value that differs in every pixel.
 double value(std::size_t number, int plane, int x, int y) {
   return 1000.0 * static_cast<double>(number + 1) + 500 * plane + 10 * y + x;
 }

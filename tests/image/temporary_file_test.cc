@@ -44,7 +44,7 @@ std::string lock_name() {
   return std::string("lock.") + host;
 }
 
-/// Another process, which makes some of these files and then waits.
+/// Another process, which makes these files and then waits.
 class OtherProcess {
  public:
   explicit OtherProcess(const std::vector<fs::path>& files) {
@@ -69,7 +69,7 @@ class OtherProcess {
   OtherProcess(const OtherProcess&) = delete;
   OtherProcess& operator=(const OtherProcess&) = delete;
 
-  /// As kill -9 does.
+  /// Kills the process.
   void stop() {
     if (process_ <= 0) return;
     kill(process_, SIGKILL);
@@ -91,7 +91,7 @@ TEST(TemporaryFile, IsInAFolderOfTheUsersOwn) {
     EXPECT_EQ(status.st_mode & 0777, mode_t{S_IRWXU});
     write(file.path(), "x");
     write(other.path(), "y");
-    // What another user may be able to do with the name changes nothing.
+    // A change of the name by another user has no effect.
     fs::rename(folder / ".x.fits.1", folder / "moved");
     fs::create_directory(folder / "elsewhere");
     fs::create_directory_symlink(folder / "elsewhere", folder / ".x.fits.1");
@@ -159,7 +159,7 @@ TEST(TemporaryFile, WhatAnotherMachineMakesStays) {
   const TemporaryFolder folder;
   OtherProcess process({folder / "x.fits"});
   process.stop();
-  // As the lock of a machine whose locks are not seen here.
+  // The renamed lock is like that of another machine, whose locks are not seen here.
   const fs::path made = folder / ".x.fits.1";
   fs::rename(made / lock_name(), made / "lock.elsewhere");
   {
@@ -200,7 +200,7 @@ TEST(TemporaryFile, WhatALivingProcessMakesStays) {
 TEST(TemporaryFile, WhatIsNotItsOwnStays) {
   const TemporaryFolder folder;
   const fs::path path = folder / "x.fits";
-  // A file, a link to a folder, a folder that others may enter, and one with more in it.
+  // A file, a link to a folder, a folder that others may enter, and a folder with further contents.
   write(folder / ".x.fits.1", "precious");
   fs::create_directory(folder / "other");
   fs::permissions(folder / "other", fs::perms::owner_all);

@@ -117,7 +117,7 @@ double separation(const SkyPosition& a, const SkyPosition& b) {
   return std::hypot((a.ra - b.ra) * std::cos(a.dec * std::numbers::pi / 180), a.dec - b.dec);
 }
 
-/// Every description, every map: each pixel keeps its place on the sky.
+/// For every header and every map, each pixel keeps its place on the sky.
 TEST(MapPixels, KeepsTheSky) {
   constexpr double some_pixel = 5e-5;  // deg
   for (const NamedHeader& old : headers()) {
@@ -135,7 +135,7 @@ TEST(MapPixels, KeepsTheSky) {
           worst = std::max(worst, separation(*a, *b));
         }
       }
-      // A last digit of 150 deg is worth 6e-10 pixels.
+      // The last digit of 150 deg corresponds to 6e-10 pixels.
       EXPECT_LT(worst / some_pixel, 1e-9);
       const bool has_rotation = header.has("CROTA1") || header.has("CROTA2");
       EXPECT_EQ(has_rotation, old.name.starts_with("crota") && map.moves_only());
@@ -149,7 +149,7 @@ TEST(MapPixels, ThereAndBackGivesTheHeaderBack) {
   map_pixels(header, there, "test");
   EXPECT_EQ(header.number("A_ORDER"), 2);
   EXPECT_EQ(header.number("B_ORDER"), 3);
-  // u' = -v, v' = u: A' = -B(v', -u'), B' = A(v', -u').
+  // With u' = -v and v' = u, A' = -B(v', -u') and B' = A(v', -u').
   EXPECT_EQ(header.number("A_2_0"), 1e-4);
   EXPECT_EQ(header.number("B_1_1"), 1e-4);
   EXPECT_EQ(header.number("B_0_3"), 1e-6);
@@ -165,7 +165,7 @@ TEST(MapPixels, ThereAndBackGivesTheHeaderBack) {
 }
 
 TEST(MapPixels, TidyCards) {
-  // A pure scale or flip of plain steps: the same cards in the same places.
+  // A scale or flip of axes with CDELT keeps the cards and their places.
   FitsHeader header = steps();
   map_pixels(header, {-0.5, 0, 0, 0.25, 50.5, 0}, "test");
   const FitsHeader old = steps();
@@ -177,21 +177,21 @@ TEST(MapPixels, TidyCards) {
   EXPECT_EQ(header.number("CDELT2"), 24e-5);
   EXPECT_EQ(header.card("CDELT2")->comment, "of CDELT2");
   EXPECT_EQ(header.number("CRPIX1"), 50.5 - 0.5 * 60.25);
-  // A turn adds the PC cards alone; a scale of turned axes changes the steps.
+  // A turn adds PC cards alone; a scale of turned axes changes the steps.
   map_pixels(header, {0, -2, 2, 0, 0, 0}, "test");
   EXPECT_EQ(header.number("CDELT1"), 5e-5);
   EXPECT_EQ(header.number("PC1_1"), 0);
   EXPECT_EQ(header.number("PC1_2"), 1);
   EXPECT_EQ(header.number("PC2_1"), -1);
   EXPECT_FALSE(header.has("CD1_1"));
-  // A move changes CRPIX alone; nothing changes nothing.
+  // A move changes CRPIX alone, and the identity changes nothing.
   const FitsHeader turned = header;
   map_pixels(header, {}, "test");
   EXPECT_EQ(header.records(), turned.records());
   map_pixels(header, {1, 0, 0, 1, 3, 0}, "test");
   EXPECT_EQ(header.number("CRPIX1"), *turned.number("CRPIX1") + 3);
   EXPECT_EQ(header.number("PC1_2"), 1);
-  // No coordinates stay none.
+  // A header without coordinates stays without.
   FitsHeader none;
   none.set("OBJECT", std::string("M 100"));
   map_pixels(none, {0, -2, 2, 0, 0, 0}, "test");
@@ -219,7 +219,7 @@ TEST(MapPixels, LinearAxesLettersAndTheThirdAxis) {
     header.set("CRVAL3" + letter, 5500.0);
     header.set("CDELT3" + letter, 100.0);
   }
-  // Further axes that share a matrix with the first two: the steps stay, the columns change.
+  // Where further axes share a matrix with the first two, the steps stay and the columns change.
   header.set("PC1_3B", 0.25);
   map_pixels(header, {0, -0.5, 0.5, 0, 20, 1}, "test");
   EXPECT_EQ(header.number("CRPIX1"), 20 - 0.5 * 20.5);

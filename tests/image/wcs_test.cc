@@ -59,8 +59,8 @@ double angular_distance(const SkyPosition& a, const SkyPosition& b) {
 
 class ClosedForm : public testing::TestWithParam<const char*> {};
 
-/// The points are up to 36000 pixels from the centre, where the last digit of an angle, 1e-16 rad,
-/// is worth 1e-10 pixels.
+/// Points are up to 36000 pixels from the centre, where the last digit of an angle, 1e-16 rad,
+/// corresponds to 1e-10 pixels.
 TEST_P(ClosedForm, GridAcrossThePoleAndRaZero) {
   const std::string projection = GetParam();
   double worst_pixel = 0, worst_sky = 0;
@@ -119,13 +119,13 @@ SkyView test_view() {
   return view;
 }
 
-/// From `a` to `b`, from North towards East, deg.
+/// The direction from `a` to `b` in degrees, from North towards East.
 double position_angle(const SkyPosition& a, const SkyPosition& b) {
   const ZenithalPoint point = zenithal("TAN", a, b);
   return std::atan2(point.x, point.y) / degree;
 }
 
-/// Parameters without which a projection is not defined.
+/// The parameters that a projection needs.
 std::vector<double> needed_parameters(const std::string& projection) {
   if (projection.starts_with("CO")) return {45, 25};
   if (projection == "BON") return {45};
@@ -179,7 +179,7 @@ TEST_P(EveryProjection, MiddleIsTheCenterAndNorthIsUp) {
   }
 }
 
-/// The image of the pole lies as that of a point just beside it: up is the meridian beyond the
+/// An image of the pole has the orientation of one beside the pole: up is the meridian beyond the
 /// pole.
 TEST_P(EveryProjection, DoesNotTurnOverAtThePole) {
   SkyView view = test_view();
@@ -269,7 +269,7 @@ std::string input_error(Make make) {
   return "no error";
 }
 
-TEST(SkyViews, WrongOnesAreInputErrors) {
+TEST(SkyViews, WrongViewsAreInputErrors) {
   const auto error = [](const char* projection, std::vector<double> parameters, double dec) {
     return input_error([&] {
       SkyView view = test_view();
@@ -309,7 +309,7 @@ std::vector<std::string> with(std::vector<std::string> cards,
   return cards;
 }
 
-/// Sky to pixels as tan_header and the matrix say.
+/// Expects pixels of sky positions as tan_header and the matrix give them.
 void expect_plane(const CelestialWcs& wcs, const Plane& plane) {
   for (const double ra : {359.98, 0.0, 0.005, 0.04}) {
     for (const double dec : {39.97, 40.0, 40.02}) {
@@ -358,12 +358,12 @@ TEST(SkyHeaders, DeclinationFirst) {
       header_of({"CTYPE1  = 'DEC--TAN'", "CTYPE2  = 'RA---TAN'", "CRPIX1  = 50.5", "CRPIX2  = 25.5",
                  "CRVAL1  = 40.0", "CRVAL2  = 0.01", "CDELT1  = 2E-4", "CDELT2  = -1E-4"}),
       "test");
-  // World axis 1 is y of the plane.
+  // World axis 1 is the y axis of the plane.
   expect_plane(wcs, {0, -1e-4, 2e-4, 0});
 }
 
-/// The distortion of SIP: u' = u + A(u, v), v' = v + B(u, v), from the reference pixel (Shupe et
-/// al. 2005, ASPC 347, 491).
+/// The SIP distortion u' = u + A(u, v), v' = v + B(u, v), counted from the reference pixel (Shupe
+/// et al. 2005, ASPC 347, 491).
 const std::vector<std::string> sip_header = {"CTYPE1  = 'RA---TAN-SIP'",
                                              "CTYPE2  = 'DEC--TAN-SIP'",
                                              "CRPIX1  = 50.5",
@@ -428,7 +428,7 @@ TEST(SkyHeaders, RecordsAreKeptLetterByLetter) {
       "HISTORY CTYPE1 = 1", "COMMENT PC1_1",     "LTM1_1  = 1.0"};
   std::vector<std::string> all;
   for (std::size_t i = 0; i < kept.size(); ++i) {
-    // A long string keeps its continuation.
+    // A long string keeps its CONTINUE cards.
     const bool goes_on = kept[i].starts_with("CONTINUE");
     if (!goes_on && i < dropped.size() && !dropped[i].starts_with("CONTINUE")) {
       all.push_back(dropped[i]);
@@ -444,7 +444,7 @@ TEST(SkyHeaders, RecordsAreKeptLetterByLetter) {
   EXPECT_EQ(CelestialWcs::from_header(text, "no lines").records(), expected);
 }
 
-TEST(SkyHeaders, WrongOnesAreInputErrors) {
+TEST(SkyHeaders, WrongHeadersAreInputErrors) {
   const auto error = [](const std::vector<std::string>& cards) {
     return input_error([&] { CelestialWcs::from_header(header_of(cards), "a.fits"); });
   };
@@ -566,7 +566,8 @@ TEST(SkyArrays, EqualSinglePositions) {
   EXPECT_THROW(wcs.sky(pixels, std::span(sky).first(3)), std::invalid_argument);
 }
 
-/// Rows and columns of pixels, which WCSLIB converts in other ways, over the whole sky and beyond.
+/// WCSLIB converts rows and columns of pixels in other ways than single pixels; they cover all sky
+/// and more.
 TEST(SkyArrays, AreTheSameAsOneByOneInEveryProjection) {
   for (const std::string& projection : sky_projections()) {
     SkyView view;
@@ -603,7 +604,7 @@ TEST(SkyArrays, AreTheSameAsOneByOneInEveryProjection) {
   }
 }
 
-/// The distortion makes WCSLIB use memory of its own for each call.
+/// The distortion makes WCSLIB allocate memory in each call.
 TEST(SkyArrays, ManyThreadsGetTheSame) {
   const CelestialWcs wcs = CelestialWcs::from_header(header_of(sip_header), "test");
   const auto sum = [&wcs](int seed) {

@@ -121,7 +121,7 @@ TEST_F(CalibrationCacheTest, IsUsedByMeasurements) {
   use_calibration_cache(std::move(cache));
   EXPECT_EQ(mean_of(), mean);
   EXPECT_EQ(mean_of(), mean);
-  // Parts that say otherwise show that they are used.
+  // Changed means in the cache show whether measurements use them.
   const std::string shape = noisy_galaxy()->shape();
   CalibrationParts parts = own.load(shape);
   ASSERT_FALSE(parts.empty());
@@ -131,7 +131,7 @@ TEST_F(CalibrationCacheTest, IsUsedByMeasurements) {
   }
   own.save(shape, parts);
   EXPECT_EQ(mean_of(), 2 * mean);
-  // Drafts are not kept.
+  // Measurements for drafts are not kept.
   const std::shared_ptr<Galaxy> draft = noisy_galaxy(2000);
   measure_galaxies(std::span(&draft, 1), {}, Ranks());
   EXPECT_TRUE(own.load(draft->shape()).empty());

@@ -22,7 +22,7 @@ using test::completed;
 const char* const parameters_text =
     "[image]\nsize = [24, 18]\noutput = \"film.fits\"\n[sampling]\ntolerance = 0.01\n"
     "[animation]\nframes = 3\nposition = [0, -3, 0.5, 0.5, -1, 1]\n";
-// The third row needs no galaxy of its own, the fourth is of another seed, the last a star.
+// The third row shares the first row's galaxy, the fourth has another seed, and the last is a star.
 const char* const scene_text =
     "galaxy x y z inclination pa size seed apparent_magnitude\n"
     "noisy 0 0 0 50 30 1 1 10\nsmooth 0.5 2 0.1 10 0 0.5 1 12\n"
@@ -60,7 +60,7 @@ std::vector<double> pixels(const RenderJob& job) {
 TEST(FrameJobs, AreTheJobsOfTheFramesAlone) {
   const RenderJob film = animation();
   FrameJobs jobs(film), from_record(film.record);
-  // From the last to the first: what is kept tells nothing of former frames.
+  // Frames are made from the last to the first; nothing of a former frame may remain.
   for (int number = 2; number >= 0; --number) {
     const RenderJob shared = jobs.make(frame(film, number));
     FrameJobs fresh(film.record);
@@ -85,13 +85,13 @@ TEST(FrameJobs, ShareGalaxies) {
   EXPECT_NE(first.scene->galaxies[0].galaxy, first.scene->galaxies[3].galaxy);
 }
 
-// A disk without thickness would show the cosine of the angle between its axis and the view.
+// Second moments of a thin disk give the cosine of the angle between its axis and the view.
 TEST(FrameJobs, CamerasAroundADiskSeeItFromAllSides) {
   const char* const around =
       "[image]\nsize = 96\noutput = \"film.fits\"\n[sampling]\ntolerance = 1e-3\n"
       "[camera]\nprojection = \"orthographic\"\nwidth = 2\n[animation]\nframes = 4\n"
       "position = [0, -3, 0, 3, 0, 0, 0, 3, 0, -3, 0, 0]\n";
-  // The line of nodes is vertical: the axis lies in the plane of the cameras.
+  // The line of nodes is vertical, so that the axis lies in the plane of the cameras.
   Resources data = Resources::from_record(
       {{"render.par", "film.par", around},
        {"scene.lst", "scene.lst", "galaxy x y z inclination pa\ndisk 0 0 0 60 0\n"},

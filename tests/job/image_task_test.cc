@@ -27,7 +27,7 @@ class WorkTest : public testing::Test {
   }
   ~WorkTest() override { fs::remove_all(folder_); }
 
-  /// A small image, written to x.fits of the folder.
+  /// The job of a small image, written to x.fits of the folder.
   RenderJob job(const std::vector<std::string>& settings = {}) const {
     Resources data = Resources::from_record(
         {{"render.par", "render.par",
@@ -43,7 +43,7 @@ class WorkTest : public testing::Test {
   std::string hindrance_of(const JobOptions& options) const {
     return ImageTask(job(), options, 1, 1, nullptr).hindrance();
   }
-  /// Does the job; what it says.
+  /// Runs the job, and returns its message.
   std::string work(const JobOptions& options) const {
     ImageTask work(job(), options, 1, 1, nullptr);
     if (!work.is_complete()) {
@@ -51,7 +51,7 @@ class WorkTest : public testing::Test {
       RankReport report;
       work.begin();
       work.render(executor, Progress::Style::none, report);
-      // The parts of the time are those of this job.
+      // The report has the times of this job.
       EXPECT_GT(report.counts.rays, 0u);
       EXPECT_GE(report.runs.wall, report.runs.compute);
       EXPECT_GE(report.writing, report.runs.consume);

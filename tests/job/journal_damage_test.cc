@@ -29,22 +29,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Damages; the n-th is made with the seed plus n.
+/// The number of damages; the n-th is made with the seed plus n.
 constexpr int damages = 500;
 constexpr unsigned seed = 2014;
-/// Fewer would mean that the damages miss what they are for.
+/// Each outcome must occur at least this often, so that the damages test both.
 constexpr int least_of_each_outcome = damages / 10;
 
 constexpr std::size_t magic_size = 16;
 
-/// As the journal's file holds it, see journal.h.
+/// An entry as the journal's file holds it (journal.h).
 struct Entry {
   enum Field { kind, section, first, last, values, bytes, fields };
   std::array<std::uint64_t, fields> head{};
   std::string payload;
 };
 
-constexpr std::uint64_t files_kind = 4;  // of earlier versions
+constexpr std::uint64_t files_kind = 4;  // kind of an entry of earlier versions
 
 std::string packed(const Entry& entry) {
   std::string text(sizeof entry.head, '\0');
@@ -67,7 +67,7 @@ std::vector<Entry> entries_of(const std::string& journal) {
   return entries;
 }
 
-/// Ends a run once so many blocks are in a journal.
+/// An executor that ends a run once so many blocks are in a journal.
 class InterruptedExecutor : public Executor {
  public:
   InterruptedExecutor(fs::path journal, int blocks) : journal_(std::move(journal)), left_(blocks) {}
@@ -120,7 +120,7 @@ class JournalDamageTest : public testing::Test {
     return load_job(request, data);
   }
 
-  /// As the program does it.
+  /// Runs the job as the program does.
   void do_job(Executor& executor, bool resume) const {
     JobOptions options;
     options.truth = true;
@@ -245,7 +245,7 @@ std::string JournalDamageTest::damaged(const std::string& journal, std::mt19937&
   }
 }
 
-TEST_F(JournalDamageTest, AJournalIsRefusedOrGoneOnWith) {
+TEST_F(JournalDamageTest, AJournalIsRefusedOrContinued) {
   InterruptedExecutor interrupted(journal_, 8);
   EXPECT_THROW(do_job(interrupted, false), RunError);
   const std::string journal = bytes(journal_);
@@ -279,7 +279,7 @@ TEST_F(JournalDamageTest, AJournalIsRefusedOrGoneOnWith) {
     fs::remove(image_);
     fs::remove(journal_);
     ASSERT_EQ(content(), nothing_made);
-    // --overwrite removes no more.
+    // Discarding a damaged journal removes no other file.
     std::ofstream(journal_, std::ios::binary) << damaged(journal, random);
     try {
       Journal::discard(journal_);

@@ -51,7 +51,7 @@ const JournalHead head = {
     "gamer 1",   "AVX2", "2020-02-02T02:02:02",
     "in t.ecsv", true,   {{"render.par", "a/render.par", "[image]\n"}, {"seds/E", "", "\1\n"}}};
 
-/// Rows with runs of zeros of all lengths, and values that are easily lost.
+/// Rows with runs of zeros of all lengths, and with -0, NaN and infinities.
 std::vector<double> rows_of(RowRange range) {
   std::vector<double> values;
   for (int row = range.first; row < range.last; ++row) {
@@ -72,7 +72,7 @@ void add(Journal& journal, int section, RowRange range, bool single = false) {
   journal.add_rows(section, range, rows_of(range), single);
 }
 
-/// Equal bits; of NaN, that it is one.
+/// Expects equal bits; a NaN only needs to be a NaN.
 void expect_equal(std::span<const double> a, std::span<const double> b) {
   ASSERT_EQ(a.size(), b.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -125,7 +125,7 @@ TEST_F(JournalTest, KeepsEverything) {
   EXPECT_EQ(journal->finished(1), (Ranges{{2, 9}, {20, 25}}));
 }
 
-TEST_F(JournalTest, GoesOn) {
+TEST_F(JournalTest, IsContinuedAfterOpening) {
   { add(*std::make_unique<Journal>(path(), head, 0), 0, {0, 2}); }
   for (int i = 1; i < 4; ++i) {
     const auto journal = Journal::open(path(), 0);
@@ -189,7 +189,7 @@ TEST_F(JournalTest, ATailThatIsCutOffEndsIt) {
       continue;
     }
     ASSERT_EQ(replayed(*journal, 0).size(), static_cast<std::size_t>(whole_entries)) << size;
-    // What follows stands where the tail stood.
+    // New entries take the place of the damaged tail.
     for (int i = whole_entries; i < 3; ++i) add(*journal, 0, {i, i + 1}, i == 1);
     journal.reset();
     EXPECT_EQ(content(), whole) << size;
@@ -242,7 +242,7 @@ TEST_F(JournalTest, StatusLeavesItAlone) {
   EXPECT_EQ(running.head.plan.begun, 1000000000);
   EXPECT_EQ(running.head.plan.folder, "/there");
   EXPECT_EQ(running.head.plan.command, "gamer --resume");
-  // Its owner has it still.
+  // Its owner can still write to it.
   add(journal, 1, {0, 3});
   journal.add_end();
   EXPECT_EQ(Journal::status(path()).finished_rows, 13);
@@ -265,7 +265,7 @@ TEST_F(JournalTest, StatusOfATornOne) {
   EXPECT_EQ(status.finished_rows, 2);
   EXPECT_EQ(status.damaged_bytes, torn.size() - first_end);
   EXPECT_EQ(content(), torn);
-  // A process that goes on with it and adds nothing changes nothing.
+  // A process that opens it and adds nothing changes nothing.
   EXPECT_EQ(Journal::open(path(), 0)->finished(1), (Ranges{{0, 2}}));
   EXPECT_EQ(content(), torn);
 }
@@ -313,7 +313,7 @@ TEST_F(JournalTest, HasOneOwner) {
   EXPECT_NE(error_text([&] { Journal::open(path(), 0); }).find("another process"),
             std::string::npos);
   EXPECT_THROW(Journal::discard(path()), InputError);
-  // One that was begun at the same time.
+  // A second journal was begun at the same time.
   Journal other(path(), head, 0);
   EXPECT_THROW(add(other, 0, {0, 1}), RunError);
   add(journal, 0, {1, 2});
@@ -332,7 +332,7 @@ TEST_F(JournalTest, BeginsWhenItIsDue) {
   add(journal, 0, {2, 3});
   EXPECT_TRUE(journal.is_begun());
   EXPECT_FALSE(fs::is_empty(folder_));
-  // From now on at once.
+  // From here on, rows are written at once.
   const auto before = fs::file_size(path());
   add(journal, 0, {3, 4});
   EXPECT_GT(fs::file_size(path()), before);

@@ -58,7 +58,7 @@ TEST(Listing, TheSampleReadsBackToTheDefaults) {
   }
 }
 
-// Every shipped datum has a line, none of which is an error.
+// Every shipped spectrum, band and galaxy has a line, and no line is an error.
 TEST(Listing, DataHaveALineEach) {
   Resources resources({std::filesystem::path(GAMER_TEST_SOURCE_DIR)});
   const auto expect_all = [](const std::string& text, const std::string& folder) {

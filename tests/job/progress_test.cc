@@ -10,7 +10,7 @@
 namespace gamer {
 namespace {
 
-/// What a run of ten blocks of ten rows, `seconds` each, prints.
+/// The output of a run of blocks of ten rows, each `seconds` long.
 std::string output_of(Progress::Style style, double seconds, int blocks = 10, int skipped = 0) {
   char* text = nullptr;
   std::size_t size = 0;
@@ -32,7 +32,7 @@ std::string output_of(Progress::Style style, double seconds, int blocks = 10, in
   return std::string(text, size);
 }
 
-// From a minute on, each minute and each tenth; not more often than in 5 s.
+// After a minute a line appears each minute and each tenth of the rows, at most every 5 s.
 TEST(Progress, LinesAreDated) {
   EXPECT_EQ(output_of(Progress::Style::lines, 25, 4),
             "gamer: 12:30  30 %  0.4 rows/s  2:55 left\n"
@@ -62,7 +62,7 @@ TEST(Progress, BarIsDrawnAgainAndEndsItsLine) {
 }
 
 TEST(Progress, BarIsDrawnTenTimesASecondAtMost) {
-  // Blocks at 0.04 s: drawn at 0.12 s, 0.24 s, 0.36 s, and at the end, 0.4 s.
+  // A bar of blocks of 0.04 s is drawn at 0.12 s, 0.24 s, 0.36 s and at the end, 0.4 s.
   const std::string text = output_of(Progress::Style::bar, 0.04);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\r'), 4);
 }
@@ -77,10 +77,10 @@ TEST(Progress, ObjectsComeAtOnceThenEachTenthOfTheTimeAndAtTheEnd) {
                 object("10 %  1.7 rows/s  0:54 left", 10, R"("rate":1.66667,"left":54.0)") +
                 object("20 %  1.7 rows/s  0:48 left", 20, R"("rate":1.66667,"left":48.0)") +
                 object("30 %  1.7 rows/s  0:42 left", 30, R"("rate":1.66667,"left":42.0)"));
-  // Blocks at 0.3 s: told at once, at 1.2 s, 2.4 s and at the end.
+  // Blocks of 0.3 s give an object at once, at 1.2 s, at 2.4 s and at the end.
   const std::string quick = output_of(Progress::Style::json, 0.3, 10);
   EXPECT_EQ(std::count(quick.begin(), quick.end(), '\n'), 4);
-  // What is told is not told again at the end.
+  // The last object is not repeated at the end.
   const std::string text = output_of(Progress::Style::json, 10, 10, 0);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 11);
 }

@@ -27,7 +27,7 @@ RankReport example(int rank) {
 
 TEST(Report, SaysWhereTheTimeOfEachRankWent) {
   const std::vector<RankReport> ranks = {example(0), example(1)};
-  // Set-up: 10 - 8 s, on rank 0 less the half second in which the file was completed.
+  // Set-up takes 10 - 8 s; on rank 0 it leaves out the half second in which the file was completed.
   EXPECT_EQ(
       report_text(ranks, 1000),
       "gamer: where the time went, % of a rank's threads x wall time (I/O: of the wall time)\n"

@@ -94,7 +94,7 @@ TEST(SameJob, NamesTheTruth) {
   EXPECT_EQ(change_text(now), "--truth was not asked for, is in t.ecsv");
 }
 
-TEST(SameJob, IsTheSamePrograms) {
+TEST(SameJob, NeedsTheSameProgram) {
   JournalHead now = some_head();
   now.program = "gamer 1, build 3";
   text_of(now, "render.par") = "of another version";
@@ -111,8 +111,8 @@ class JournaledTest : public testing::Test {
   }
   ~JournaledTest() override { fs::remove_all(folder_); }
 
-  /// Two runs of 20 rows of `width` values, the second of which fails once it has consumed `most`
-  /// rows. What was computed, by section.
+  /// Makes two runs of 20 rows of `width` values, the second of which fails once it has consumed
+  /// `most` rows. Returns the computed rows of each section.
   std::vector<Ranges> run(Journal* journal, int threads, int most) {
     ThreadExecutor inner(threads);
     JournaledExecutor executor(inner, journal);
@@ -168,7 +168,7 @@ TEST_F(JournaledTest, ComputesOnlyWhatIsMissing) {
     }
     rows_.clear();
     const auto journal = Journal::open(path(), 0);
-    // The row that could not be consumed is there.
+    // The journal has the row that could not be consumed.
     EXPECT_EQ(journal->finished(0), (Ranges{{0, 20}}));
     int kept = 0;
     for (const RowRange& range : journal->finished(1)) kept += range.size();

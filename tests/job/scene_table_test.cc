@@ -49,7 +49,7 @@ TEST(SceneTable, HasNumbersWithUnits) {
   EXPECT_EQ(units, (Strings{"", "kpc", "kpc", "deg", "", "", "mag", ""}));
   EXPECT_EQ(values<Strings>(table, "galaxy"), (Strings{"spiral", "star"}));
   EXPECT_EQ(values<Reals>(table, "x"), (Reals{1.5, 2000}));
-  // Without a value: the default, if there is one.
+  // A missing value is replaced by the default if there is one.
   EXPECT_EQ(values<Reals>(table, "size"), (Reals{2, 1}));
   EXPECT_EQ(values<Reals>(table, "pa"), (Reals{0, 3}));
   EXPECT_EQ(values<Integers>(table, "seed"), (Integers{1, 7}));
@@ -72,7 +72,8 @@ TEST(SceneTable, IdentifiersAreIntegersWhereAllAre) {
   EXPECT_EQ(values<Strings>(ids("12", "-"), "id"), (Strings{"12", ""}));
 }
 
-// Read again as a catalogue, a direction beside an inclination would be an error.
+// A default direction beside an inclination would be an error when the table is read as a
+// catalogue.
 TEST(SceneTable, DirectionsHaveNoDefault) {
   const DataTable table =
       scene_table(scene("galaxy ox oz\nspiral - -\n", {}), nullptr, parameters());
@@ -102,7 +103,7 @@ TEST(SceneTable, OtherColumnsComeFromTheRecord) {
   EXPECT_EQ(values<Strings>(table, "empty"), (Strings{"", "x"}));
   EXPECT_EQ(table.columns[4].unit, "solMass");
 
-  // Another camera sees the second galaxy alone.
+  // This scene has the second galaxy alone, as another camera sees it.
   Scene second = scene("galaxy id\nE b\n", {1});
   record_other_columns(second, false, "c.csv", resources);
   const DataTable part = scene_table(second, resources.recorded(recorded_columns), parameters());

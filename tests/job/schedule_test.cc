@@ -20,7 +20,7 @@ double cost_of(RowRange block, std::span<const double> costs) {
   return std::accumulate(costs.begin() + block.first, costs.begin() + block.last, 0.0);
 }
 
-/// Costs of the rows of a bright galaxy in the middle of an empty image, microseconds.
+/// Costs of rows (microseconds) of a bright galaxy in the middle of an empty image.
 std::vector<double> galaxy_costs(int rows) {
   std::vector<double> costs;
   for (int y = 0; y < rows; ++y) {
@@ -79,7 +79,7 @@ TEST(CostBlocks, KeepWorkersBusyToTheEnd) {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> factor(0.5, 1.5);
   for (std::size_t y = 0; y < costs.size(); ++y) {
-    // Rows that lie together err together.
+    // Errors of neighbouring rows are equal.
     static double common = 1;
     if (y % 20 == 0) common = factor(random);
     misjudged[y] *= common;
@@ -90,7 +90,7 @@ TEST(CostBlocks, KeepWorkersBusyToTheEnd) {
         << workers;
     EXPECT_LT(time_of_blocks(cost_blocks(misjudged, workers, 64), costs, workers), 1.03 * least)
         << workers;
-    // Blocks of 16 rows leave workers idle: the test can tell.
+    // The check can fail: blocks of 16 rows leave workers idle.
     if (workers == 32) {
       EXPECT_GT(time_of_blocks(even_blocks(2000, 16), costs, workers), 1.2 * least);
     }
@@ -98,11 +98,11 @@ TEST(CostBlocks, KeepWorkersBusyToTheEnd) {
 }
 
 TEST(CostBlocks, AreNeitherTooSmallNorTooLarge) {
-  // Rows of 1 us: a block is worth its messages.
+  // Blocks of rows of 1 us are so large that their messages cost little.
   const std::vector<double> cheap(10'000, 1.0);
   const auto blocks = cost_blocks(cheap, 64, many_rows);
   EXPECT_LT(blocks.size(), 30u);
-  // Rows of 0.1 s: no block takes much more than a second.
+  // No block of rows of 0.1 s takes much more than a second.
   const std::vector<double> dear(10'000, 1e5);
   for (const RowRange& block : cost_blocks(dear, 2, many_rows)) {
     EXPECT_LE(cost_of(block, dear), 1e6);
@@ -133,7 +133,7 @@ TextScene two_galaxies(const std::string& bulge) {
 const char* const small_bulge =
     "[[component]]\nclass = \"bulge\"\nsed = \"flat\"\neffective_radius = 0.1\n";
 
-// The cells of the few pixels at a bulge's centre are no part of the estimate.
+// The estimate leaves out the cells of the few pixels at a bulge's centre.
 TEST(RowCosts, FollowTheRows) {
   const Renderer renderer = text_renderer(two_galaxies(""));
   ThreadExecutor executor(2);
@@ -181,7 +181,7 @@ TEST(RowCosts, ImageDoesNotDependOnTheBlocks) {
 }
 
 TEST(RowCosts, ImageOfTexturesDoesNotDependOnTheBlocks) {
-  // Their octaves are hidden on some rays of a batch, and seen on others.
+  // Octaves are hidden on some rays of a batch and seen on others.
   const std::string twirled =
       "[arms]\nmodel = \"ringermacher-mead\"\n"
       "[[component]]\nclass = \"disk\"\nsed = \"flat\"\ntwirl = 0.5\n"

@@ -34,7 +34,7 @@ RenderInput input(const std::string& galaxy = clumpy, const std::string& paramet
   return {parameters, RenderInput::Text{list}, {{"mine", galaxy}}};
 }
 
-/// The pixels that the program renders of these texts, with a calibration of their own.
+/// The pixels that the program renders of these texts, with a new calibration.
 Image expected_image(const std::string& galaxy, const std::string& parameters,
                      const std::string& scene = list) {
   Resources resources = Resources::from_record({{"render.par", "render.par", parameters},
@@ -122,12 +122,12 @@ TEST(Session, CoarseViewsShareTheMeasurementOfAttenuation) {
   EXPECT_EQ(brightness(session.render(session.load(observed("2e-2", true)))), coarse);
   EXPECT_EQ(brightness(session.render(session.load(observed("1e-1", true)))), coarse);
   EXPECT_EQ(session.memory().measured(), measured);
-  // The finest view measures for itself.
+  // The finest view needs its own measurement.
   const double fine = brightness(session.render(session.load(observed("1e-2", false))));
   EXPECT_GT(session.memory().measured(), measured);
   const Session alone(2);
   EXPECT_EQ(brightness(alone.render(alone.load(observed("1e-2", false)))), fine);
-  // Twice the difference that was measured.
+  // The tolerance is twice the difference that was measured.
   EXPECT_NEAR(coarse / fine, 1, 4.7e-3);
 }
 
@@ -164,7 +164,7 @@ TEST(Session, AnEditOfANoiseMeasuresThatComponentAlone) {
     expect_equal(session.render(session.load(input(edited))).image, expected_image(edited, view));
     return session.memory().measured() - measured;
   };
-  // Its own sums, means and, where they need them, larger clouds.
+  // The edit measures sums, means and, where needed, larger clouds of one component.
   const std::size_t noise = measured_by_edit("octaves = 3", "octaves = 2");
   const std::size_t all =
       measured_by_edit("[[component]]", "[galaxy]\naxis = [1, 1, 1.5]\n[[component]]");
@@ -184,7 +184,7 @@ TEST(Session, KeepsEqualGalaxiesAsAWhole) {
   const Rendering second = session.render(session.load(input(clumpy, turned)));
   EXPECT_EQ(galaxy_of(first), galaxy_of(second));
   expect_equal(second.image, expected_image(clumpy, turned));
-  // All that made the image is in its record.
+  // The record has all texts that made the image.
   const auto names = [](const Rendering& rendering) {
     std::vector<std::string> result;
     for (const Resources::Text& text : rendering.job->record) result.push_back(text.name);
@@ -192,7 +192,7 @@ TEST(Session, KeepsEqualGalaxiesAsAWhole) {
   };
   EXPECT_EQ(names(first), names(second));
 
-  // Rays of other footprints need another measurement.
+  // Rays of another footprint need another measurement.
   const std::string near = replaced(view, "width = 2.5", "width = 0.2");
   const Rendering third = session.render(session.load(input(clumpy, near)));
   EXPECT_NE(galaxy_of(first), galaxy_of(third));
@@ -218,7 +218,7 @@ TEST(Session, NoticesChangedFiles) {
   write("3000 2\n5500 1\n9000 1\n");
   const Rendering second = session.render(session.load(input(galaxy)));
   EXPECT_NE(galaxy_of(second), galaxy_of(first));
-  // f_lambda is linear in wavelength between rows.
+  // f_lambda is linear in wavelength between the rows of a spectrum.
   EXPECT_NEAR(second.image.at(15, 10, 0) / first.image.at(15, 10, 0), 1 + 1100.0 / 2500, 1e-12);
 }
 
@@ -293,7 +293,7 @@ TEST(Session, GivesFinishedRowsFromTheMiddle) {
   }
 }
 
-// What a session remembers of fixed fluxes, with and without the table of truth, changes nothing.
+// Fixed fluxes that a session remembers, with or without the table of truth, change no pixel.
 TEST(Session, TellsTheTruthWhateverItRenderedBefore) {
   const std::string sky =
       "[image]\nsize = 24\n[camera]\nprojection = \"sky\"\ncenter = [10, 20]\npixel_scale = 0.2\n"
@@ -342,7 +342,7 @@ TEST(Session, IsCancelledAtAnyTime) {
   Cancellation cancellation;
   RenderControl control;
   control.cancellation = &cancellation;
-  // Between tiles, then before anything, with galaxies that are not measured yet.
+  // The first render is cancelled between tiles, the second before it measures its galaxies.
   control.progress = [&](const RenderProgress& now) {
     if (now.stage == RenderProgress::Stage::rows) cancellation.request();
   };
@@ -366,7 +366,7 @@ TEST(Session, MakesStamps) {
   const ImageRegion region = stamp_regions(*rendering.job).front();
   EXPECT_EQ(rendering.stamps[0].region.left, region.left);
   EXPECT_EQ(rendering.stamps[0].image.width(), region.width);
-  // A galaxy alone is equal in the whole image.
+  // In the whole image, too, the galaxy is alone in these pixels.
   const Image whole = expected_image(clumpy, replaced(sky, "layout = \"stamps\"\n", ""),
                                      std::get<RenderInput::Text>(own.scene).content);
   for (int y = 0; y < region.height; ++y) {
@@ -411,7 +411,7 @@ TEST(CalibrationMemory, ForgetsWhatWasNotUsedForLongest) {
   EXPECT_FALSE(memory.recall("part 0", numbers));
   EXPECT_TRUE(memory.recall("part 99", numbers));
   EXPECT_EQ(memory.measured(), 101u);
-  // More numbers than there is room for are no part of equal name.
+  // A part with more numbers than there is room for is not recalled.
   EXPECT_FALSE(memory.recall("first", std::span(numbers).first(2)));
 }
 
@@ -432,7 +432,7 @@ TEST(CalibrationMemory, TakesNoMoreThanItsLimit) {
     memory.keep("a name as long as those of parts of galaxies are " + std::to_string(i), numbers);
     if (i % 100 == 0) largest = std::max(largest, bytes_in_use() - before);
   }
-  // 1.09 times; the last block of each half may be empty yet.
+  // The measured ratio is 1.09; the last block of each half may still be empty.
   EXPECT_LT(static_cast<double>(largest), 1.2 * most);
   EXPECT_GT(static_cast<double>(largest), 0.5 * most);
 }

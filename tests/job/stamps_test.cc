@@ -73,7 +73,7 @@ TEST(Stamps, HoldTheLightOfTheirObject) {
           sums[stamp] += std::accumulate(values.begin(), values.end(), 0.0);
         },
         report);
-    // 1 nJy is the magnitude 31.4.
+    // A star of magnitude 31.4 has 1 nJy.
     EXPECT_NEAR(sums[0] / 36307.805, 1, 1e-7);
     EXPECT_NEAR(sums[1] / 229086.77, 1, 4e-3);
     EXPECT_NEAR(sums[2] / 14454.398, 1, 1e-7);
@@ -91,7 +91,7 @@ TEST(Stamps, ARegionIsThatOfTheRequest) {
   const ImageHeader header = make_image_header(job);
   EXPECT_EQ(header.width, 20);
   EXPECT_EQ(header.height, 10);
-  // The last star is off the region, and so is no object of it.
+  // The last star is outside the region, and does not count as an object.
   EXPECT_EQ(job.scene->objects, 2u);
 }
 
@@ -99,7 +99,7 @@ TEST(StampPiece, PiecesFitAnInteger) {
   EXPECT_EQ(stamp_piece(std::vector<std::size_t>{}, 10), 256U);
   EXPECT_EQ(stamp_piece(std::vector<std::size_t>{256 * 9, 1}, 10), 256U);
   EXPECT_EQ(stamp_piece(std::vector<std::size_t>{256 * 9 + 1, 1}, 10), 512U);
-  // A stamp for each piece at most.
+  // Each piece then holds at most one stamp.
   EXPECT_EQ(stamp_piece(std::vector<std::size_t>{1000, 1000, 1000}, 2), 1024U);
   // 10^6 stamps of 1001 x 1001 pixels in 6 bands.
   const std::vector<std::size_t> many(1'000'000, std::size_t{1001} * 1001 * 6 + 1);

@@ -30,7 +30,7 @@ RenderJob job_of(const std::string& size, const std::string& rows) {
                           {"galaxies/mine", "mine.toml", bulge_with_stars}});
 }
 
-/// Share of the pixels with light that would be brighter than white if all stars were smooth light.
+/// The share of pixels with light that are brighter than white if all stars are smooth light.
 double share_above_white(const RenderJob& job) {
   RenderParameters parameters = job.parameters;
   parameters.sampling.stars_per_pixel = 0;

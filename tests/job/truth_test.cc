@@ -1,5 +1,5 @@
-// Calibration over redshifts and pixel scales, light through dust against integrals of its own, and
-// what the truth table says of a galaxy.
+// Calibration over redshifts and pixel scales, light through dust compared with integrals, and the
+// properties of galaxies in the truth table.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ class = "bulge"
 sed = "E"
 effective_radius = 0.1
 )";
-// Small enough for the ball to hold all of it.
+// The bulge is so small that the ball holds all its light.
 constexpr const char* compact = R"([[component]]
 class = "bulge"
 sed = "E"
@@ -69,7 +69,7 @@ rh = 0.3
 arm_width = 0
 fraction = 0.3
 )";
-// Light and dust mixed in one proportion: tau(R) = tau_V a exp(-R/h) face on.
+// Light and dust have one profile, so that tau(R) = tau_V a exp(-R/h) face-on, a = A(lambda)/A(V).
 constexpr const char* mixed = R"([[component]]
 class = "disk"
 sed = "Sbc"
@@ -86,7 +86,7 @@ noise = false
 optical_depth = 2
 )";
 
-/// A job whose galaxies have their brightness, in two threads.
+/// A job whose galaxies have their brightness; measurements take two threads.
 RenderJob make(const std::string& list, const std::string& toml, bool truth = false) {
   RenderParameters parameters = RenderParameters::read(parse_toml(toml, "render.par"));
   Resources resources({GAMER_TEST_SOURCE_DIR});
@@ -130,21 +130,21 @@ std::string sky(int size, double pixel_scale, const std::string& more) {
   return grid_sky(size, pixel_scale, "", more);
 }
 
-/// Whether the pixels of the only galaxy add up to its magnitude.
+/// Whether the flux of the only galaxy is fixed, so that its pixels add up to its magnitude.
 bool is_fixed(const RenderJob& made) { return made.scene->galaxies.front().has_fixed_flux; }
 
-// Error of such a sum, twice what was measured, mag.
+// Error of the sum of such pixels (mag), twice the measured error.
 constexpr double rounding = 5e-9;
 
 class Calibration : public testing::TestWithParam<double> {};
 
-// A galaxy of 6 kpc: 270 to 5 pixels wide, its half-light radius 100 to less than one.
+// A galaxy of 6 kpc is 270 to 5 pixels wide; its half-light radius is 100 pixels to less than one.
 TEST_P(Calibration, SumOfPixelsIsTheMagnitude) {
   const double redshift = GetParam();
   const double radius = 6 * 1e-3 * (1 + redshift) / Cosmology().comoving_distance(redshift) * 180 *
                         3600 / std::numbers::pi;
-  // Twice what was measured. Rays of small galaxies add up exactly. Of larger ones the textured
-  // disk has the error of the mean of its noise.
+  // Errors are twice those measured. Pixels of small galaxies add up exactly; larger textured disks
+  // have the error of the mean of their noise.
   struct Kind {
     const char* type;
     double error;  // mag
@@ -165,8 +165,8 @@ TEST_P(Calibration, SumOfPixelsIsTheMagnitude) {
 
 INSTANTIATE_TEST_SUITE_P(Redshifts, Calibration, testing::Values(0.1, 0.5, 1.0, 2.0));
 
-/// Light of `mixed` face on, with dust over without, in a band: the light-weighted mean of
-/// (1 - exp(-tau))/tau over radii and wavelengths.
+/// The share of light of `mixed` that leaves it face-on, in a band: the mean of (1 - exp(-tau))/tau
+/// over radii and wavelengths, weighted with light.
 double mixed_attenuation(const Bandpass& band, double redshift) {
   Resources resources({GAMER_TEST_SOURCE_DIR});
   const auto sed = find_sed("Sbc", "", resources);
@@ -178,7 +178,7 @@ double mixed_attenuation(const Bandpass& band, double redshift) {
         wavelength * sed->flux(wavelength / (1 + redshift)) * band.response(wavelength);
     const double depth = 2 * curve.relative(wavelength / (1 + redshift));
     double part = 0, whole = 0;
-    // R = h x, the weight x e^-x dx.
+    // R = h x, with the weight x e^-x dx.
     for (double x = 0.005; x < 14; x += 0.01) {
       const double tau = depth * std::exp(-x);
       part += x * std::exp(-x) * -std::expm1(-tau) / tau;
@@ -207,8 +207,8 @@ TEST(Calibration, LightThroughDust) {
   }
 }
 
-// What the image shows is the apparent magnitude, dust included. Rays of galaxies of at most 256
-// pixels add up exactly. Larger galaxies have that of parallel rays, to some thousandths.
+// Pixels add up to the apparent magnitude, dust included: exactly for galaxies of at most 256
+// pixels, for larger ones to some thousandths, since parallel rays measure their dust.
 TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
   struct Kind {
     const char* type;
@@ -221,7 +221,7 @@ TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
           fmt::format("galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
                       "{} 10 20 0.1 4 60 22 7\n",
                       type),
-          // The light of drawn stars is random.
+          // The light of drawn stars would be random.
           sky(pixels, 9.0 / pixels,
               fmt::format("[sampling]\ntolerance = {}\nstars_per_pixel = 0\n", tolerance)));
     };
@@ -229,7 +229,7 @@ TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
       const RenderJob small = made(90, tolerance);
       ASSERT_TRUE(is_fixed(small));
       EXPECT_NEAR(magnitude(small), 22, rounding) << type << ' ' << tolerance;
-      // So does the table of truth.
+      // The table of truth agrees, too.
       const PlacedGalaxy& galaxy = small.scene->galaxies.front();
       const double bare = dust_free_flux(galaxy, small.camera, small.spectrum).front();
       EXPECT_NEAR(ab_magnitude(bare * measure_alone(galaxy, small).attenuation.front()), 22,
@@ -241,8 +241,7 @@ TEST(Calibration, ApparentMagnitudesAreThoseObserved) {
   }
 }
 
-// Neither dust alone, nor smooth light without dust, nor a galaxy on a grid of rays has a flux to
-// fix.
+// A flux is fixed where the galaxy has dust or texture, but not on a grid of rays.
 TEST(Calibration, FluxesAreFixedWhereItHelps) {
   const auto fixes = [](const std::string& type, const std::string& grid) {
     return is_fixed(
@@ -255,8 +254,7 @@ TEST(Calibration, FluxesAreFixedWhereItHelps) {
   EXPECT_FALSE(fixes("mixed", "supersample = 2\n"));
 }
 
-// A galaxy of fixed flux is cut neither by the image's border nor by a region, and its pixels do
-// not depend on them.
+// The brightness of a galaxy of fixed flux follows from all its light, within the image or not.
 TEST(Calibration, FixedFluxesDoNotDependOnTheWindow) {
   const std::string list =
       "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
@@ -269,7 +267,7 @@ TEST(Calibration, FixedFluxesDoNotDependOnTheWindow) {
                    whole.scene->galaxies.front().brightness);
 }
 
-/// The rms relative error of pixels above 1 % of the peak, in the first plane.
+/// The rms relative error in the first plane of pixels above 1 % of the peak.
 double rms_error(const Image& seen, const Image& wanted) {
   const std::size_t size = static_cast<std::size_t>(seen.width()) * seen.height();
   const std::span values(seen.plane(0), size), exact(wanted.plane(0), size);
@@ -285,7 +283,7 @@ double rms_error(const Image& seen, const Image& wanted) {
   return std::sqrt(sum / count);
 }
 
-// At the default tolerance a pixel is the mean of its area to 3 %, as 8 x 8 rays show it.
+// At the default tolerance a pixel agrees to 3 % with the mean of 8 x 8 rays.
 TEST(Calibration, PixelsOfFixedFluxesAreMeans) {
   for (const std::string type : {"dusty_barred", "irregular", "m51"}) {
     const auto image = [&](int rays) {
@@ -302,7 +300,7 @@ TEST(Calibration, PixelsOfFixedFluxesAreMeans) {
   }
 }
 
-/// Three galaxies behind each other: a smooth one between two of fixed flux.
+/// Three galaxies behind each other: a smooth galaxy between two of fixed flux.
 constexpr const char* crowd =
     "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
     "dusty_barred 10 20 0.1 4 30 22 7\n"
@@ -313,14 +311,14 @@ std::string crowded_sky(double tolerance) {
   return grid_sky(60, 0.2, "", fmt::format("[sampling]\ntolerance = {}\n", tolerance));
 }
 
-// The bits of an image do not depend on whether layers are kept or made anew, nor on the images and
-// the table of truth.
+// Layers that are kept and layers made anew give equal bits, with and without the images and the
+// table of truth.
 TEST(Layers, AreEqualWhetherKeptOrMadeAnew) {
   for (const double tolerance : {1e-2, 2e-3}) {
     const RenderJob kept = make(crowd, crowded_sky(tolerance));
     RenderJob anew = kept;
     ASSERT_NE(kept.layers->find(0), nullptr);
-    EXPECT_EQ(kept.layers->find(1), nullptr);  // of no fixed flux
+    EXPECT_EQ(kept.layers->find(1), nullptr);  // no fixed flux
     anew.layers = nullptr;
     const Image image = image_of(kept);
     const auto all = [](const Image& of) {
@@ -349,11 +347,11 @@ TEST(Layers, AreEqualWhetherKeptOrMadeAnew) {
   }
 }
 
-// What layers hide of the light behind them differs by some per cent from what rays through all of
-// them show. At the limit of hidden light that goes with a tolerance, the flux is far more exact.
+// The dimming by layers differs by some per cent from that along rays through all galaxies. At the
+// limit of hidden light for a tolerance, the error of the flux is far smaller.
 TEST(Layers, DimWhatIsBehindThem) {
   const RenderJob made = make(crowd, crowded_sky(2e-4));
-  // Rays are finer than the limit's tolerance, so that all they differ by is the dimming.
+  // Rays are finer than the limit's tolerance, so that the dimming alone makes a difference.
   Accuracy accuracy = Accuracy::from_tolerance(made.parameters.sampling.tolerance);
   const auto flux = [&](double most_dimmed) {
     accuracy.most_dimmed = most_dimmed;
@@ -371,7 +369,7 @@ TEST(Layers, DimWhatIsBehindThem) {
   EXPECT_NEAR(seen / rays, 1, 1.1e-5);  // measured: 5.5e-6
 }
 
-// A small galaxy's stars are smooth light, and it is a layer, unless the file asks for stars.
+// Stars of a small galaxy are smooth light, so that it is a layer, unless the file asks for stars.
 TEST(SmallGalaxies, DrawNoStarsUnlessAsked) {
   const auto made = [](const std::string& sampling, const std::string& grid = "") {
     return make(
@@ -396,7 +394,7 @@ TEST(SmallGalaxies, DrawNoStarsUnlessAsked) {
   EXPECT_NE(sum(drawn), sum(none));
 }
 
-// Galaxies that penetrate each other have common rays.
+// Rays go through both of two galaxies that penetrate each other.
 TEST(Layers, DoNotPenetrateEachOther) {
   const RenderJob made = make(
       "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
@@ -409,12 +407,12 @@ TEST(Layers, DoNotPenetrateEachOther) {
   EXPECT_GT(counts.rays, 0u);
   const RenderJob apart = make(crowd, crowded_sky(0.05));
   counts = {};
-  // All that is left is the smooth galaxy.
+  // Only the smooth galaxy has rays of the image; the others are layers.
   image_renderer(apart).render_rows({30, 31}, values, counts);
   EXPECT_EQ(counts.noise_evaluations, 0u);
 }
 
-// The table of truth takes from layers what it would measure itself.
+// The table of truth takes from layers the values that it would measure itself.
 TEST(Layers, TellTheTruth) {
   const RenderJob made = make(
       "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
@@ -433,7 +431,7 @@ TEST(Layers, TellTheTruth) {
   EXPECT_LT(known.attenuation[0], 0.9);
 }
 
-// The rays of a galaxy of fixed flux give each component its share of the light.
+// Rays of a galaxy of fixed flux give each component its share of the light.
 TEST(Layers, GiveComponentsTheirShares) {
   RenderJob made = make(
       "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
@@ -445,7 +443,7 @@ TEST(Layers, GiveComponentsTheirShares) {
   truth.parts = TruthSettings::Parts::components;
   const std::vector<double> shares = {0.7, 0.3};
   const double whole = std::pow(10, -0.4 * (22 - ab_magnitude(1)));
-  // Layers that are kept have no images of parts.
+  // Kept layers have no images of parts.
   made.layers = nullptr;
   ThreadExecutor executor(2);
   const Image image = render_image(image_renderer(made, truth), executor);
@@ -454,7 +452,8 @@ TEST(Layers, GiveComponentsTheirShares) {
   }
 }
 
-// A table's depth is as exact as light, also where little light lies behind the dust.
+// The optical depth in the table is as exact as light, even where little light lies behind the
+// dust.
 TEST(Measure, OpticalDepthHasItsOwnNodes) {
   std::string rows = "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n";
   constexpr int galaxies = 12;
@@ -482,7 +481,7 @@ TEST(Measure, OpticalDepthHasItsOwnNodes) {
   }
 }
 
-// Absolute magnitudes are those without dust unless it is asked for.
+// Absolute magnitudes are those without dust, unless the file asks for dust.
 TEST(Calibration, AbsoluteMagnitudesAreThoseOfTheStars) {
   const auto seen = [](const std::string& attenuated) {
     return magnitude(make("galaxy ra dec redshift size_arcsec magnitude\nmixed 10 20 0.1 4 -20\n",
@@ -508,14 +507,15 @@ TEST(Measure, HalfLightRadiusAndShape) {
   EXPECT_EQ(result.optical_depth, 0);
   EXPECT_NEAR(result.attenuation.front() / result.dust_free.front(), 1, 1e-9);
 
-  // The centre of the mixed slab, face on: tau_V a.
+  // At the centre of the mixed slab, face-on, tau = tau_V a.
   result = measure_alone(made.scene->galaxies.front(), made);
   const Ccm89 curve(3.1);
   EXPECT_NEAR(result.optical_depth,
               2 * curve.relative(made.spectrum.planes.front().wavelength / 1.1), 1e-3);
   EXPECT_GT(result.half_light_radius / bare.radius, 1.678347 * 0.05);
 
-  // An inclined disk: <x'^2> = <x^2> along the node, cos^2 i of it across; the node at pa 30.
+  // An inclined disk has <x'^2> = <x^2> along the node and cos^2 i <x^2> + sin^2 i <z^2> across it,
+  // with the node at pa 30.
   made = make(
       "galaxy ra dec redshift size_arcsec apparent_magnitude inclination pa\n"
       "mixed 10 20 0.1 4 22 60 30\n",

@@ -87,7 +87,7 @@ class Random {
   double unit() { return to_unit(hash_words({seed_, ++count_})); }
   double between(double low, double high) { return low + (high - low) * unit(); }
   std::uint32_t word() { return static_cast<std::uint32_t>(hash_words({seed_, ++count_})); }
-  /// In the cube [-half, half[^3, half a power of two; exact in single precision.
+  /// A position in the cube [-half, half[^3, exact in single precision; half is a power of two.
   Vector position(double half) {
     constexpr int bits = 24;
     Vector p;

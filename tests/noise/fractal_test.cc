@@ -70,13 +70,13 @@ double mean(const std::vector<double>& values, int power = 1) {
   return sum / static_cast<double>(values.size());
 }
 
-/// In a cube so large that the octaves' values are nearly independent from point to point.
+/// Points in a cube so large that the values of octaves are nearly independent.
 const std::vector<Vector>& scattered() {
   static const std::vector<Vector> positions = positions_in_cube(1 << 20, 512, 40);
   return positions;
 }
 
-// Positions and frequencies whose products are exact, so that only the offsets' sums round.
+// Products of these positions and frequencies are exact, so that only sums with offsets round.
 TEST(FractalNoise, OctaveKHasFrequencyAndWeightOfTheFormula) {
   std::vector<Vector> positions = positions_in_cube(512, 1, 41);
   for (Vector& p : positions) {
@@ -103,7 +103,7 @@ TEST(FractalNoise, OctaveKHasFrequencyAndWeightOfTheFormula) {
     for (std::size_t i = 0; i < positions.size(); ++i) {
       ASSERT_NEAR(found[i], std::pow(5, -1.5) * expected[i], 2e-6);
     }
-    // Octave k enters with (k0 + f_s k)^-nu: the third alone, at two spectral indices.
+    // Octave k has the weight (k0 + f_s k)^-nu: the third octave alone, at two spectral indices.
     const auto third = [&](double spectral_index) {
       p.spectral_index = spectral_index;
       p.octaves = 3;
@@ -152,7 +152,7 @@ TEST(FractalNoise, OctavesAreIndependent) {
   }
 }
 
-// A sum of independent octaves has the excess kurtosis of one times sum w^4 / (sum w^2)^2.
+// The excess kurtosis of the sum is that of one octave times sum w^4/(sum w^2)^2.
 TEST(FractalNoise, HistogramIsNearlyGaussian) {
   for (const Noise* kind : noise_kinds()) {
     SCOPED_TRACE(kind->name());
@@ -177,7 +177,7 @@ TEST(FractalNoise, HistogramIsNearlyGaussian) {
       EXPECT_NEAR(excess(values), base * fourth / (second * second), 0.01);
       EXPECT_NEAR(mean(values, 3) / std::pow(sigma, 3), 0, 0.009);
       if (spectral_index != 0) continue;
-      // Shares within 1, 2 and 3 sigma, with the first term of Edgeworth's series.
+      // The shares within 1, 2 and 3 sigma follow from the first term of Edgeworth's series.
       double inside[3] = {};
       for (const double v : values) {
         for (int n = 1; n <= 3; ++n) inside[n - 1] += std::abs(v) < n * sigma ? 1 : 0;
@@ -230,7 +230,7 @@ TEST(FractalNoise, NormaliseTakesWeightedStatistics) {
   }
 }
 
-/// What rays of one set of footprints see.
+/// Evaluates the noise for rays of the given footprints.
 void see(const FractalNoise& noise, const Points& points, const BatchArray& footprints,
          SeenNoise& out) {
   const float* const one = footprints.data();
@@ -238,7 +238,7 @@ void see(const FractalNoise& noise, const Points& points, const BatchArray& foot
   noise.see(points, std::span(&one, 1), std::span(&out, 1), evaluations);
 }
 
-/// Phi of points seen by rays of a footprint, and the hidden variance.
+/// The expectation of Phi at points for rays of a footprint, with the hidden variance.
 std::vector<double> expected_of(const FractalNoise& noise, std::span<const WeightedBatch> cloud,
                                 double width, double* hidden = nullptr) {
   std::vector<double> result;
@@ -275,7 +275,7 @@ TEST(SeenNoise, KeepsItsMeanAboutAndLosesItsContrast) {
         mean += value / static_cast<double>(phi.size());
         square += value * value / static_cast<double>(phi.size());
       }
-      // As far as octaves are normal; components correct the rest.
+      // The mean holds as far as octaves are normal; components correct the rest.
       EXPECT_NEAR(mean, 1, 5e-3) << "inverse " << inverse << " width " << width;
       square /= mean * mean;
       EXPECT_LE(square, last_square + 2e-4);
@@ -298,7 +298,8 @@ TEST(SeenNoise, NarrowRaysSeeAll) {
 }
 
 TEST(SeenNoise, DeviationsAverageToWhatIsExpected) {
-  // The three-point Gauss-Hermite rule over what is coherent gives the expectation over all.
+  // The three-point Gauss-Hermite rule over the coherent part gives the expectation over all hidden
+  // noise.
   const std::vector<WeightedBatch> cloud = cloud_of(positions_in_cube(4000, 1, 5), even);
   FractalParameters p = parameters_of(simplex_noise());
   p.exponent = 2;
@@ -360,7 +361,7 @@ TEST(SeenNoise, DoesNotDependOnOtherFootprints) {
 }
 
 TEST(SeenNoise, DoesNotDependOnOtherPoints) {
-  // Frequencies 20, 40, ..., 120: of the last four, rays this wide see nothing, but one point does.
+  // Frequencies are 20, 40, ..., 120. Rays of this width hide the last four at all points but one.
   const std::vector<WeightedBatch> cloud = cloud_of(positions_in_cube(batch_capacity, 1, 5), even);
   BatchArray alike;
   std::fill_n(alike.data(), batch_capacity, 0.019f);
@@ -458,7 +459,7 @@ TEST(EveryNoise, TargetsAgree) {
           continue;
         }
         const std::size_t start = width == 0 ? 0 : phi.size();
-        // A point on a face of a cell may fall on either side: where the noise jumps there, a few.
+        // A point on the face of a cell may count to either side, so that a few values may jump.
         std::size_t others = 0;
         for (std::size_t i = 0; i < phi.size(); ++i) {
           if (std::abs(phi[i] - first[start + i]) > 2e-4 * (1 + first[start + i])) ++others;
@@ -492,8 +493,8 @@ TEST(EveryNoise, SeedsDiffer) {
   });
 }
 
-// docs/facts.md section 7: the variance of one octave of Perlin noise; with 6 octaves the product's
-// variance.
+// docs/facts.md section 7 gives the variance of one octave of Perlin noise, and with 6 octaves that
+// of the product.
 TEST(Multiplicative, VariancesAndLogarithms) {
   struct Row {
     double amplitude, variance, log_mean, log_variance;
@@ -510,7 +511,7 @@ TEST(Multiplicative, VariancesAndLogarithms) {
     double clamped = 0, logs = 0, squares = 0;
     for (const double f : factor) {
       clamped += f == 0 ? 1 : 0;
-      // docs/facts.md section 7 bounds the logarithm of the factors that are 0.
+      // docs/facts.md section 7 bounds the logarithm where factors are 0.
       const double logarithm = std::log(std::max(f, 1e-3));
       logs += logarithm;
       squares += logarithm * logarithm;
@@ -555,8 +556,8 @@ TEST(Additive, SigmaOfFractionalBrownianMotion) {
   EXPECT_NEAR(std::sqrt(mean(raw_sum(FractalNoise(p), scattered()), 2)), 0.3118, 8e-4);
 }
 
-// Power of the product falls as k^-(3 - mu), mu = log2(1 + sigma_k^2), because <F(x) F(x + r)>
-// falls as r^-mu: an octave less of the common ones for each factor of 2.
+// The power of the product falls as k^-(3 - mu) with mu = log2(1 + sigma_k^2). For each factor of 2
+// in r, one octave less is common to x and x + r, so that <F(x) F(x + r)> falls as r^-mu.
 TEST(Multiplicative, SpectralSlope) {
   for (const auto& [amplitude, mu] : {std::pair(1.0, 0.102), {1.5, 0.218}, {2.0, 0.347}}) {
     FractalParameters p = parameters_of(perlin_noise());
@@ -580,7 +581,7 @@ TEST(Multiplicative, SpectralSlope) {
 }
 
 TEST(Warp, DisplacesByTheAmplitude) {
-  // Where the noise is linear, its value says by how much it was displaced.
+  // Where the noise is linear, its value measures the displacement.
   FractalParameters p = parameters_of(perlin_noise());
   p.octaves = 1;
   p.frequency_scale = 1e-4;
@@ -607,7 +608,8 @@ TEST(Warp, DisplacesByTheAmplitude) {
   }
 }
 
-// The warp shrinks lengths: the root mean square gradient grows by what hides() and the steps take.
+// The warp shrinks lengths: hides() and the steps assume the growth of the rms gradient that is
+// measured here.
 TEST(Warp, RaisesFrequencies) {
   FractalParameters p = parameters_of(simplex_noise());
   p.octaves = 1;
@@ -647,7 +649,7 @@ TEST(FractalNoise, TakesGivenOctaves) {
   given.normalise(cloud);
   EXPECT_EQ(phi_of(given, positions), phi_of(own, positions));
   EXPECT_EQ(expected_of(given, cloud, 0.1), expected_of(own, cloud, 0.1));
-  // On a helix, which the noise stays on however much of it is seen.
+  // A translation maps these octaves to themselves, however much of the noise is seen.
   std::vector<Octave> octaves = p.make_octaves();
   for (std::size_t k = 0; k < octaves.size(); ++k) {
     octaves[k].translation[0] = 3 << k;
@@ -727,7 +729,7 @@ TEST(NoiseShape, ExpectedValuesDoNotDependOnOthers) {
 
 TEST(NoiseShape, ExpectedInverseValuesAreThoseOfTheNormalDistribution) {
   struct Case {
-    double exponent, floor, error;  // The table's steps show where the shape is sharp.
+    double exponent, floor, error;  // The steps of the table show where the shape is sharp.
   };
   for (const auto& [exponent, floor, error] :
        {Case{1.5, 0.3, 4e-3}, {-2, 0.3, 8e-3}, {4, 0.1, 0.09}}) {
@@ -758,7 +760,7 @@ TEST(NoiseShape, ExpectedInverseValuesAreThoseOfTheNormalDistribution) {
 }
 
 TEST(FractalNoise, MeanErrorIsThatOfIndependentPoints) {
-  // The scatter of the mean over many small clouds.
+  // The expected error is the scatter of the mean over many small clouds.
   FractalParameters p = parameters_of(simplex_noise());
   p.exponent = 2;
   FractalNoise noise(p);
@@ -782,7 +784,7 @@ double shaped(const FractalParameters& p, double v) {
                    : std::pow(std::max(v, 0.0), p.exponent);
 }
 
-// Before normalise(): mu = 0, sigma known, mean of Phi 1.
+// Before normalise(), mu = 0, sigma is known and the mean of Phi is 1.
 TEST(FractalNoise, ShapesOnEveryTarget) {
   const std::vector<Vector> positions = positions_in_cube(4000, 4, 43);
   for (const bool inverse : {false, true}) {
@@ -926,7 +928,7 @@ TEST(FractalParameters, ReadsEveryKey) {
   EXPECT_EQ(p.seed, std::uint64_t{9223372036854775807u});
 }
 
-/// What has to stand beside a key for it to have a meaning.
+/// The other keys without which a key has no meaning.
 std::string beside(const std::string& key) {
   if (key == "exponent") return "theta = \"inverse\"\n";
   if (key == "amplitude") return "combination = \"multiplicative\"\n";

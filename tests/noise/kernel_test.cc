@@ -1,4 +1,4 @@
-// The kernels of all kinds of noise against the double precision reference, on every SIMD target.
+// Kernels of all kinds of noise against a reference in double precision, on every SIMD target.
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-/// The error that a kernel's comment states: constant + per_cell * largest |coordinate|.
+/// The error that a kernel's comment states: constant + per_cell times the largest |coordinate|.
 struct Accuracy {
   double constant;
   double per_cell;
@@ -37,7 +37,7 @@ double worst_error(const Noise& noise, const std::vector<Vector>& positions, std
   return worst;
 }
 
-/// Positions on a grid around the origin, so on faces, edges and corners of the lattices' cells.
+/// Positions on a grid around the origin, on faces, edges and corners of lattice cells.
 std::vector<Vector> grid(double half, double spacing) {
   std::vector<Vector> positions;
   for (double x = -half; x <= half; x += spacing) {
@@ -75,8 +75,8 @@ TEST(NoiseKernels, EveryTargetEqualsTheReferenceOnFacesOfCells) {
   }
 }
 
-/// Octaves with frequencies and offsets, and positions, whose products and sums are exact in single
-/// precision: coordinates below 13.
+/// Octaves and positions whose products and sums are exact in single precision, with coordinates
+/// below 13.
 std::vector<Octave> some_octaves() {
   std::vector<Octave> octaves(3);
   octaves[0] = {1, 1, {0, 0, 0}, 11};
@@ -142,7 +142,7 @@ TEST(NoiseKernels, ComponentsOfAVectorEqualTheReference) {
   }
 }
 
-/// More octaves than kernels take at once.
+/// Octaves, more than kernels take at once.
 std::vector<Octave> many_octaves() {
   std::vector<Octave> octaves(19);
   for (std::size_t k = 0; k < octaves.size(); ++k) {

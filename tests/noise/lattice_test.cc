@@ -1,4 +1,4 @@
-// Lattices whose points are identified by a translation or by periods.
+// Lattices with points that a translation or periods make equal.
 
 #include <gtest/gtest.h>
 
@@ -55,7 +55,7 @@ std::string text_of(const Octave& octave) {
   return text;
 }
 
-/// Single precision holds them and their sums with whole numbers below 2^11.
+/// Positions whose sums with whole numbers below 2^11 are exact in single precision.
 std::vector<Vector> coarse_positions(std::size_t count, double half) {
   std::vector<Vector> positions = positions_in_cube(count, half, 12);
   for (Vector& p : positions) {
@@ -94,7 +94,7 @@ TEST(IdentifiedLattice, EveryTargetEqualsTheReference) {
   }
 }
 
-// Positions that single precision holds: nothing at all may change.
+// Single precision holds these positions exactly, so that every bit must be equal.
 TEST(IdentifiedLattice, IsExactlyPeriodic) {
   const std::vector<Vector> positions = coarse_positions(2000, 32);
   for (const Noise* noise : cubic_kinds()) {
@@ -136,7 +136,7 @@ TEST(IdentifiedLattice, AHelixDoesNotRepeatAlongItsAxes) {
   }
 }
 
-// Within the region that stands for all, it is the open lattice's noise: the same statistics.
+// Within one turn the noise has the statistics of the open lattice.
 TEST(IdentifiedLattice, IsTheOpenLatticeWithinOneTurn) {
   std::vector<Vector> positions = coarse_positions(2000, 2);
   for (const Noise* noise : cubic_kinds()) {
@@ -146,8 +146,8 @@ TEST(IdentifiedLattice, IsTheOpenLatticeWithinOneTurn) {
   }
 }
 
-// The plane is cut along a line. Noise on the cylinder of angle (mod 2 pi) and height is wound by
-// the translation of one turn. docs/facts.md section 8: n = 2 arms, beta = 1.38, T = (n, n'), (P,
+// The plane is cut along a line. The translation of one turn winds the noise around the cylinder of
+// angle (mod 2 pi) and height. docs/facts.md section 8: n = 2 arms, beta = 1.38, T = (n, n'), (P,
 // Q) = (10, 31).
 TEST(IdentifiedLattice, HasNoSeamOnTheSpiral) {
   const double pitch = std::log(1.38);
@@ -164,7 +164,7 @@ TEST(IdentifiedLattice, HasNoSeamOnTheSpiral) {
                   stretch * (std::sin(turn) * u + std::cos(turn) * v), 0.3};
   };
   for (const Noise* noise : cubic_kinds()) {
-    // Whose own jumps would be taken for the seam's.
+    // The jumps of cell noise itself would count as seams.
     if (noise == &cell_noise()) continue;
     SCOPED_TRACE(noise->name());
     double exact_jump = 0, jump = 0, open_jump = 0;
@@ -190,7 +190,7 @@ TEST(IdentifiedLattice, HasNoSeamOnTheSpiral) {
       open.translation[0] = open.translation[1] = 0;
       const std::vector<float> c = evaluate(*noise, after, {&open, 1});
       for (std::size_t i = 0; i < a.size(); ++i) {
-        // Coordinates, of which single precision holds seven digits, are this many times larger.
+        // Coordinates, of which single precision holds seven digits, are larger by `scale`.
         jump = std::max(jump, std::abs(double{a[i]} - double{b[i]}) / double{scale});
         open_jump = std::max(open_jump, std::abs(double{a[i]} - double{c[i]}));
       }

@@ -39,7 +39,7 @@ inline std::array<std::uint64_t, 3> point_words(std::int64_t i, std::int64_t j, 
           coordinate(k, 3266489917u, seed_z)};
 }
 
-/// The hash of a lattice point: a number of 16 bits per component.
+/// The hash of a lattice point, a number of 16 bits for each component.
 inline std::uint64_t point_hash(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed,
                                 int component = 0) {
   const auto [a, b, c] = point_words(i, j, k, seed);
@@ -57,7 +57,7 @@ inline std::uint64_t point_hash(std::int64_t i, std::int64_t j, std::int64_t k, 
   return component == 1 ? again % half_word ^ again / half_word : again / half_word;
 }
 
-/// Which of the gradients the point has.
+/// The index of the gradient at a lattice point.
 inline int gradient_index(std::int64_t i, std::int64_t j, std::int64_t k, std::uint32_t seed,
                           int component = 0) {
   return static_cast<int>(point_hash(i, j, k, seed, component) * gradient_count / half_word);
@@ -125,7 +125,7 @@ inline double simplex(const Vector& p, const GradientChoice& choose) {
   return 76.8857 * sum;
 }
 
-/// The number of a lattice point in [-1, 1].
+/// Gives the number of a lattice point, in [-1, 1].
 using NumberChoice = std::function<double(const std::array<std::int64_t, 3>&)>;
 
 /// Value noise with any choice of numbers.
@@ -147,7 +147,7 @@ inline double value(const Vector& p, const NumberChoice& choose) {
   return sum;
 }
 
-/// A cell's number of a component.
+/// One component of a cell's number.
 inline double cell_number(const std::array<std::int64_t, 3>& cell, std::uint32_t seed,
                           int component) {
   const auto [a, b, c] = point_words(cell[0], cell[1], cell[2], seed);
@@ -163,7 +163,7 @@ inline double evaluate(const std::string& kind, const Vector& p, const GradientC
   throw std::logic_error("no reference of noise '" + kind + "'");
 }
 
-/// The one of the points identified with a lattice point that stands for all: within [0, |P|[ or a
+/// The representative of a lattice point among the points identified with it, within [0, |P|[ or a
 /// period.
 inline std::array<std::int64_t, 3> identify(std::array<std::int64_t, 3> point,
                                             const Octave& octave) {
@@ -221,7 +221,7 @@ inline double evaluate(const std::string& kind, const Vector& p, std::uint32_t s
   return evaluate(kind, p, octave);
 }
 
-/// The gradient that makes the value at a point largest.
+/// The gradient that gives the largest value at a point.
 inline Vector steepest_gradient(const std::array<std::int64_t, 3>& /*lattice*/,
                                 const Vector& offset) {
   Vector best = gradient(0);

@@ -1,4 +1,4 @@
-// What the base noises promise over space: moments, bounds, smoothness, isotropy, no period.
+// Statistics of the base noises over space: moments, bounds, smoothness, isotropy, no period.
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ constexpr double pi = std::numbers::pi;
 
 std::string name_of(const Noise& noise) { return std::string(noise.name()); }
 
-/// Positions far apart: nearly independent values.
+/// Positions so far apart that values are nearly independent.
 const std::vector<Vector>& independent_points() {
   static const std::vector<Vector> positions = positions_in_cube(1 << 21, 1024, 4);
   return positions;
@@ -31,8 +31,9 @@ double variance_by_definition(const Noise& noise) {
   if (name_of(noise) == "perlin") return 35054270.0 / 480729249.0;  // docs/facts.md section 7
   if (name_of(noise) == "value") return std::pow(181.0 / 231, 3) / 3;
   if (name_of(noise) == "cell") return 1.0 / 3;
-  // Simplex: 2 lattice points per unit volume, <(g . r)^2> = 2 r^2/3, hence
-  // scale^2 2 (2/3) int (1/2 - r^2)^8 r^2 d^3r, the integral being 2 pi 2^-10.5 B(5/2, 9).
+  // Simplex noise has 2 lattice points per unit volume, and <(g . r)^2> = 2 r^2/3. The variance is
+  // therefore scale^2 2 (2/3) int (1/2 - r^2)^8 r^2 d^3r, where the integral is 2 pi 2^-10.5 B(5/2,
+  // 9).
   if (name_of(noise) == "simplex") {
     return 76.8857 * 76.8857 * 2 * (2.0 / 3) * 2 * pi * std::pow(2, -10.5) * std::tgamma(2.5) *
            std::tgamma(9) / std::tgamma(11.5);
@@ -89,13 +90,13 @@ TEST(BaseNoise, BoundHoldsAndIsTight) {
       ASSERT_LE(std::abs(v), noise->bound());
     }
     if (name_of(*noise) == "value" || name_of(*noise) == "cell") {
-      // At a lattice point, the largest number.
+      // The largest number at a lattice point.
       const std::vector<float> lattice = evaluate(*noise, lattice_points(1 << 16), 22);
       EXPECT_GT(*std::max_element(lattice.begin(), lattice.end()), 1 - 2e-4f);
       EXPECT_LT(*std::min_element(lattice.begin(), lattice.end()), -1 + 2e-4f);
       continue;
     }
-    // The largest value that any choice of gradients can give: the best of a grid, then uphill.
+    // The largest value for any choice of gradients: the best point of a grid, then steps uphill.
     Vector best{};
     double largest = 0;
     const auto visit = [&](const Vector& p) {
@@ -207,8 +208,7 @@ TEST(BaseNoise, ValueAndGradientAreContinuousAcrossFaces) {
   }
 }
 
-/// Power along lines of one direction: its shares in bands of frequency, and the root mean square
-/// frequency.
+/// The shares of power in bands of frequency along lines of one direction, and the rms frequency.
 struct LineSpectrum {
   static constexpr double band_ends[] = {0.25, 0.5, 1.0, 1.5};  // cycles per cell
   double shares[4] = {};
@@ -271,8 +271,8 @@ LineSpectrum spectrum_along(const Noise& noise, Vector direction) {
   return result;
 }
 
-// Simplex noise is a sum of independent, on average isotropic bumps: the same in all directions.
-// Perlin's is so to a few per cent only.
+// Simplex noise is a sum of independent bumps that are isotropic on average, and is equal in all
+// directions. Perlin noise is so only to a few per cent.
 TEST(BaseNoise, SpectrumIsTheSameAlongAxesAndDiagonals) {
   const std::vector<Vector> directions = {{1, 0, 0},  {0, 1, 0}, {0, 0, 1}, {1, 1, 0},
                                           {0, 1, -1}, {1, 1, 1}, {1, -1, 1}};
@@ -299,15 +299,15 @@ TEST(BaseNoise, SpectrumIsTheSameAlongAxesAndDiagonals) {
   }
 }
 
-/// Chi-square of the table of pairs of gradients against independence and evenness, as the number
-/// of standard deviations from its expectation.
+/// Chi-square of a table of pairs of gradients against independent, even pairs, in standard
+/// deviations from its expectation.
 template <typename First, typename Second>
 double pair_deviation(First&& first, Second&& second) {
   constexpr int n = reference::gradient_count;
   constexpr int side = 32;
   constexpr double expected = double{side} * side * side / (n * n);
   std::vector<int> counts(n * n);
-  // A block about the origin, off centre, so that negative coordinates take part.
+  // The block lies about the origin, but off centre, so that it has negative coordinates.
   for (int i = -18; i < side - 18; ++i) {
     for (int j = -15; j < side - 15; ++j) {
       for (int k = -9; k < side - 9; ++k) ++counts[first(i, j, k) * n + second(i, j, k)];
@@ -318,7 +318,7 @@ double pair_deviation(First&& first, Second&& second) {
   return (chi_square - (n * n - 1)) / std::sqrt(2.0 * (n * n - 1));
 }
 
-/// What a few hundred independent deviations may be.
+/// A bound on a few hundred independent deviations.
 class Deviations {
  public:
   void add(double z, const std::string& what) {
@@ -434,7 +434,7 @@ TEST(LatticeHash, CornersTogetherAreIndependent) {
         ++count;
       }
     }
-    // The mean of 20, each with variance 1.
+    // The mean of 20 deviations, each of variance 1.
     EXPECT_LT(sum / count, 4 / std::sqrt(count)) << distance;
   }
 }
@@ -443,7 +443,7 @@ TEST(LatticeHash, HasNoMirrorImages) {
   Deviations deviations;
   for (std::uint32_t seed = 0; seed < 40; ++seed) {
     const auto direct = [&](int i, int j, int k) { return gradient_index(i, j, k, seed); };
-    // So far from the origin that no point's image is in the block as well.
+    // No mirror image of a point lies in the block, which is far from the origin.
     const auto add = [&](const char* what, auto&& image) {
       deviations.add(
           pair_deviation([&](int i, int j, int k) { return direct(i + 40, j + 120, k + 80); },
@@ -475,7 +475,7 @@ TEST(LatticeHash, SeedsAreIndependent) {
   deviations.check();
 }
 
-/// Positions of which sums with whole numbers below 2^17 are exact in single precision.
+/// Positions whose sums with whole numbers below 2^17 are exact in single precision.
 std::vector<Vector> coarse_positions(std::size_t count) {
   std::vector<Vector> positions = positions_in_cube(count, 64, 11);
   for (Vector& p : positions) {

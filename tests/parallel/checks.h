@@ -14,7 +14,7 @@
 
 namespace gamer {
 
-/// Computes known values and checks that each block arrives once with them.
+/// Computes known values, and checks that each block arrives once with these values.
 class RowCheck {
  public:
   RowCheck(std::vector<RowRange> blocks, std::size_t width)

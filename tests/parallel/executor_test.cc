@@ -79,7 +79,8 @@ TEST(ThreadExecutor, HandsBlocksOutInTheOrderGiven) {
 }
 
 TEST(ThreadExecutor, SlowBlockDoesNotHoldOthersUp) {
-  // While the first block waits for all others to be consumed, the second thread must do them.
+  // The first block waits until all others are consumed, so that the second thread must compute
+  // them.
   constexpr int rows = 20;
   std::atomic<int> consumed = 0;
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(20);
@@ -116,7 +117,7 @@ TEST(ThreadExecutor, TellsWhereTheTimeWent) {
     ThreadExecutor executor(threads);
     const auto start = std::chrono::steady_clock::now();
     for (int i = 0; i < 2; ++i) {
-      // The first block takes one thread alone longer than all the rest.
+      // The first block takes one thread longer than all other blocks together.
       executor.run(
           even_blocks(5, 1), 1,
           [](RowRange range, auto) {
@@ -131,7 +132,7 @@ TEST(ThreadExecutor, TellsWhereTheTimeWent) {
     EXPECT_GE(times.consume, 2 * 0.01);
     const double in_workers = times.compute + times.waiting + (threads == 1 ? times.consume : 0);
     EXPECT_NEAR(in_workers, threads * times.wall, 1e-9);
-    // Two threads wait for most of the first block's time, on a busy machine for a third of it.
+    // Two threads wait for most of the first block's time, or for a third of it on a busy machine.
     if (threads == 3) {
       EXPECT_GE(times.waiting, 2 * 0.08);
     }

@@ -10,7 +10,7 @@ TEST(GivenBlocks, ARankSendsBackWhatItWasGivenAndOnce) {
   given.give(1, {0, 4});
   given.give(1, {4, 8});
   given.give(2, {8, 12});
-  // Other rows, fewer, more, none, another rank's.
+  // The rows differ, are fewer, are more, are none, or belong to another rank.
   for (const RowRange rows : {RowRange{12, 16}, {0, 3}, {0, 8}, {4, 4}, {-4, 0}, {8, 12}}) {
     EXPECT_FALSE(given.take_back(1, rows)) << rows.first << " " << rows.last;
   }

@@ -1,5 +1,5 @@
-// Run under mpirun by ctest, with a scenario's name. Every rank checks; the exit code is 0 when all
-// is as expected on all ranks.
+// ctest runs this program under mpirun with the name of a scenario. Every rank checks; the exit
+// code is 0 when all ranks find what is expected.
 
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -33,7 +33,7 @@ Ranks* ranks = nullptr;
 
 const auto nothing = [](RowRange, auto) {};
 
-/// The sum of every rank's number; each is shared in turn.
+/// The sum of all ranks' numbers, each of which is broadcast in turn.
 std::int64_t sum_over_ranks(std::int64_t number) {
   std::int64_t sum = 0;
   for (int rank = 0; rank < ranks->size(); ++rank) {
@@ -119,7 +119,7 @@ TEST(Ranks, BlocksOfZerosArriveToo) {
 }
 
 TEST(Ranks, ResultsOfSeveralMessages) {
-  // 2.5 messages of 2^20 values a block.
+  // A block needs 2.5 messages of 2^20 values.
   constexpr std::size_t width = (std::size_t{5} << 19) / 2;
   RowCheck check(even_blocks(8, 2), width);
   ranks->executor(1)->run(check.blocks(), width, check.compute(), check.consume());
@@ -130,7 +130,7 @@ TEST(Ranks, ComputeTogether) {
   constexpr std::size_t width = 3;
   for (const int threads : {1, 2}) {
     for (const int rows : {0, 1, 40}) {
-      // From the last to the first; with row 0 left out where there are several.
+      // Blocks go from the last to the first; where there are several, row 0 is left out.
       std::vector<RowRange> blocks = even_blocks(rows, 3);
       std::reverse(blocks.begin(), blocks.end());
       if (blocks.size() > 1) blocks.back().first = 1;
@@ -143,7 +143,7 @@ TEST(Ranks, ComputeTogether) {
         const int row = static_cast<int>(i / width);
         EXPECT_EQ(all[i], is_left_out ? 0 : RowCheck::value(row, i % width));
       }
-      // Each once.
+      // Each row is computed once.
       EXPECT_EQ(sum_over_ranks(check.computed()), check.rows());
     }
   }
@@ -164,7 +164,7 @@ TEST(Ranks, EveryRankComputes) {
 }
 
 TEST(Ranks, SlowBlockDoesNotHoldOthersUp) {
-  // The first block sleeps as long as all others together take one worker.
+  // The first block takes as long as all other blocks take one worker.
   constexpr int rows = 61;
   constexpr milliseconds short_time(10);
   const auto start = Clock::now();
@@ -179,7 +179,7 @@ TEST(Ranks, SlowBlockDoesNotHoldOthersUp) {
   if (ranks->size() == 1) {
     EXPECT_GE(time, serial);
   } else {
-    // One block may wait behind the slow one on its rank.
+    // One block may wait behind the slow block on its rank.
     EXPECT_LT(time, serial * 3 / 4);
   }
 }
@@ -234,12 +234,12 @@ TEST(Ranks, SlowConsumerHoldsWorkersBack) {
     if (++consumed == 3) computed_here_at_third = check.computed();
   });
   if (ranks->rank() == 0) {
-    // One waits and one is held by the thread.
+    // One result waits, and the thread holds another.
     EXPECT_LE(computed_here_at_third, 3 + 2);
   }
 }
 
-/// What run() threw: "" for nothing, "input: ...", "run: ...", "stopped: code".
+/// The outcome of run(): "" for success, "input: ...", "run: ...", "stopped: code".
 std::string outcome(const Executor::Compute& compute, const Executor::Consume& consume) {
   try {
     ranks->executor(2)->run(even_blocks(100000, 1), 4, compute, consume);
@@ -349,12 +349,12 @@ std::pair<int, std::string> guarded(const std::function<void()>& body) {
 }
 
 struct Expected {
-  int code;                           ///< of this rank before end()
-  int job_code;                       ///< what end() returns
-  std::optional<std::string> report;  ///< on rank 0
+  int code;                           ///< exit code of this rank before end()
+  int job_code;                       ///< value that end() returns
+  std::optional<std::string> report;  ///< message on rank 0
 };
 
-/// The exit code: 0 when all is as expected.
+/// The exit code: 0 when code, job_code and report are as expected.
 int check_end(const std::function<void()>& body, const Expected& expected) {
   const auto [code, message] = guarded(body);
   std::optional<std::string> report;
@@ -375,7 +375,7 @@ void run_slowly() {
       [](RowRange, auto) { std::this_thread::sleep_for(milliseconds(1)); }, nothing);
 }
 
-/// Rank `leaver` throws `error`, the others call `call`.
+/// Rank `leaver` throws `error`, and the others call `call`.
 template <typename Error>
 std::function<void()> leave(int leaver, const Error& error, const std::function<void()>& call) {
   return [=] {
@@ -384,7 +384,7 @@ std::function<void()> leave(int leaver, const Error& error, const std::function<
   };
 }
 
-/// A run in which rank `still` stops for good.
+/// A run in which rank `still` stops and never continues.
 int run_and_stand_still(int still, double patience) {
   ranks->give_up_after(patience);
   const auto [code, message] = guarded([&] {
@@ -400,7 +400,7 @@ int run_and_stand_still(int still, double patience) {
                     [](const std::string& text) { std::fprintf(stderr, "%s\n", text.c_str()); });
 }
 
-/// Another process stops and continues this one.
+/// Lets another process stop this one, and later continue it.
 void stand_still_later(milliseconds later, milliseconds duration) {
   const pid_t parent = getpid();
   if (fork() != 0) return;
@@ -414,7 +414,7 @@ void stand_still_later(milliseconds later, milliseconds duration) {
 void call_gather() { ranks->gather("text"); }
 void call_broadcast() { ranks->broadcast("text"); }
 void call_common_bits() { ranks->common_bits(1); }
-/// The first calls may succeed: rank 0 has not heard of the leaver yet.
+/// Repeats the call, which may succeed until rank 0 learns that a rank has left.
 void call_repeatedly(const std::function<void()>& call) {
   for (int i = 0; i < 5; ++i) {
     call();
@@ -424,7 +424,7 @@ void call_repeatedly(const std::function<void()>& call) {
 
 using Scenarios = std::map<std::string, std::function<int()>>;
 
-/// Ranks that leave, each by a message of its own.
+/// Scenarios in which ranks leave, each with its own message.
 Scenarios leaving() {
   const InputError input("scene.lst:1:1: wrong");
   const std::string text = input.what();
@@ -448,8 +448,7 @@ Scenarios leaving() {
        }},
       {"gather-is-last",
        [=] {
-         // Ranks leave as soon as their text is sent, while rank 0 still waits for that of the
-         // last.
+         // Ranks leave as soon as their text is sent, while rank 0 still waits for the last text.
          return check_end(
              [=] {
                if (ranks->rank() == last) std::this_thread::sleep_for(milliseconds(100));
@@ -471,7 +470,7 @@ Scenarios leaving() {
   };
 }
 
-/// Ranks that fail, or stand still, in a run.
+/// Scenarios in which ranks fail or stand still during a run.
 Scenarios failing() {
   const InputError input("scene.lst:1:1: wrong");
   const RunError run("out of memory");

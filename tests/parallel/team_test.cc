@@ -28,7 +28,7 @@ class ThreadTeam {
     return {rank, size_, [this](std::span<std::byte> integers) { add_up(integers); }};
   }
 
-  /// Runs `work` on every rank; returns "done" or what it threw, by rank.
+  /// Runs `work` on every rank; returns for each rank "done" or the message of its exception.
   std::vector<std::string> run(const std::function<void(int rank, TeamExecutor& executor)>& work) {
     std::vector<std::string> ends(static_cast<std::size_t>(size_));
     std::vector<std::jthread> threads;
@@ -75,7 +75,7 @@ class ThreadTeam {
   std::vector<std::uint64_t> sums_;
 };
 
-/// Fills a row with values of which the last two are special.
+/// Fills rows with values, the first of which is NaN and the last -0.
 void fill(RowRange rows, std::span<double> values) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     values[i] = 0.1 * (3 * rows.first + static_cast<double>(i));

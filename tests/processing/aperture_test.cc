@@ -21,7 +21,7 @@ namespace {
 constexpr double pi_value = std::numbers::pi;
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-/// The overlap by integrating the ellipse's chord over the pixel, piece by piece between kinks.
+/// The overlap as an integral of the ellipse's chords over the pixel, piece by piece between kinks.
 double overlap_by_chords(double x, double y, double x0, double y0, double a, double ratio,
                          double angle) {
   // A dx^2 + 2 B dx dy + C dy^2 = a^2
@@ -48,7 +48,7 @@ double overlap_by_chords(double x, double y, double x0, double y0, double a, dou
   };
   double area = 0;
   for (std::size_t i = 0; i + 1 < kinks.size(); ++i) {
-    // The sine takes away the roots at the ends.
+    // The substitution by a sine removes the square roots at the ends.
     const double middle = (kinks[i] + kinks[i + 1]) / 2, half = (kinks[i + 1] - kinks[i]) / 2;
     area += boost::math::quadrature::gauss_kronrod<double, 31>::integrate(
         [&](double t) { return half * std::cos(t) * chord(middle + half * std::sin(t)); },
@@ -64,7 +64,7 @@ TEST(Ellipses, OverlapIsExact) {
     const double ratio = i % 3 == 0 ? 1 : 0.1 + 0.9 * unit(random), angle = pi_value * unit(random);
     const double a = std::pow(10, 4 * unit(random) - 1);
     const double x0 = unit(random), y0 = unit(random);
-    // A pixel near the rim.
+    // The pixel lies near the rim.
     const double t = 2 * pi_value * unit(random), c = std::cos(angle), s = std::sin(angle);
     const double u = a * std::cos(t), v = a * ratio * std::sin(t);
     const int x = static_cast<int>(std::lround(x0 + u * c - v * s + 2 * unit(random) - 1));
@@ -82,11 +82,11 @@ TEST(Ellipses, OverlapOfPlainCases) {
   EXPECT_EQ(circles.overlap(0, 0, 0), 0);
   EXPECT_EQ(circles.overlap(0, 0, std::sqrt(0.5)), 1);
   EXPECT_EQ(circles.overlap(5, 5, 4), 0);
-  // The centre on a corner and on an edge of the pixel; the rim through corners.
+  // The ellipse's centre is on a corner or an edge of the pixel, or its rim passes through corners.
   EXPECT_NEAR(Ellipses(0.5, 0.5).overlap(0, 0, 1), pi_value / 4, 1e-15);
   EXPECT_NEAR(Ellipses(0.5, 0).overlap(0, 0, 0.5), pi_value / 8, 1e-15);
   EXPECT_NEAR(Ellipses(-0.5, -0.5).overlap(0, 0, 1), pi_value / 4, 1e-15);
-  // All pixels together are the ellipse.
+  // The overlaps with all pixels add up to the ellipse.
   const Ellipses tilted(10.3, 9.8, 0.3, 0.7);
   double area = 0;
   for (int y = 0; y < 20; ++y) {
@@ -96,7 +96,7 @@ TEST(Ellipses, OverlapOfPlainCases) {
   EXPECT_NEAR(tilted.area(8), pi_value * 8 * 8 * 0.3, 1e-12);
 }
 
-/// A profile integrated over pixels by Gauss's rule, finer towards the centre.
+/// The image of a profile, integrated over pixels by Gauss's rule, with more nodes near the centre.
 MemoryPlane profile_plane(int size, double x0, double y0, const std::function<double(double)>& f,
                           double ratio = 1, double angle = 0) {
   std::vector<double> values;
@@ -126,7 +126,8 @@ MemoryPlane profile_plane(int size, double x0, double y0, const std::function<do
   return MemoryPlane(size, size, std::move(values));
 }
 
-/// Pixels spread light evenly over themselves: twice a side's variance of 1/12 is added to sigma^2.
+/// Pixels average light twice, each time with a variance of 1/12 for each axis, which adds to
+/// sigma^2.
 TEST(Aperture, Gaussian) {
   constexpr double true_sigma = 8, seen = 64 + 1.0 / 6, true_x = 100.3, true_y = 99.6;
   const MemoryPlane plane = profile_plane(201, true_x, true_y, [](double r) {
@@ -147,9 +148,9 @@ TEST(Aperture, Gaussian) {
               6e-5);
 }
 
-// Light f that pixels take up and spread again becomes f + (d2f/dx2 + d2f/dy2)/12. An ellipse's
-// flux thus changes by the flux of grad(f)/12 through its rim. The tests add this to the sharp
-// profile's flux. It is up to 2e-4 for the exponential and 4.5e-4 for the other profile.
+// Pixels average the light f twice, which gives f + (d2f/dx2 + d2f/dy2)/12. An ellipse's flux thus
+// changes by the flux of grad(f)/12 through its rim. The tests add this term to the flux of the
+// sharp profile. It is up to 2e-4 for the exponential and 4.5e-4 for the other profile.
 
 TEST(Aperture, EllipticalExponential) {
   constexpr double scale = 20, true_ratio = 0.5, true_angle = 0.6;
@@ -194,7 +195,7 @@ TEST(Aperture, UniformLightFillsTheEllipse) {
   const ApertureSum sum = aperture_sums(plane, ellipses, std::array{15.0}, 1, 2)[0];
   EXPECT_NEAR(sum.flux, 2 * pi_value * 225 * 0.6, 1e-9);
   EXPECT_NEAR(radius_of_flux(plane, ellipses, pi_value * 100 * 0.6 * 3, 15, 0, 1), 10, 1e-10);
-  // Beyond the plane there is nothing.
+  // There is no light outside the plane.
   const ApertureSum all = aperture_sums(plane, ellipses, std::array{1000.0}, 0, 2)[0];
   EXPECT_NEAR(all.area, 64 * 48, 1e-9);
   EXPECT_EQ(aperture_sums(plane, ellipses.moved_to(-500, 7), std::array{20.0}, 0, 1)[0].area, 0);
@@ -215,7 +216,7 @@ TEST(Aperture, MissingPixelsAddNothing) {
   EXPECT_NEAR(sums[1].area, pi_value * 25 - 1 - Ellipses(10, 10).overlap(15, 10, 5), 1e-12);
 }
 
-/// A growth curve that falls again: the first radius counts.
+/// Where a growth curve falls again, the smallest radius counts.
 TEST(Aperture, GrowthThatFalls) {
   std::vector<double> values(101 * 101);
   for (int y = 0; y < 101; ++y) {
@@ -226,7 +227,7 @@ TEST(Aperture, GrowthThatFalls) {
   EXPECT_NEAR(radius, std::sqrt(600 / pi_value), 1e-10);
 }
 
-/// The radius is the same whether the ring fits into memory at once or after several passes.
+/// The radius is equal whether the ring fits into memory at once or needs several passes.
 TEST(Aperture, HalfLightOfALargePlane) {
   class Exponential final : public Plane {
    public:
@@ -294,7 +295,7 @@ TEST(Moments, OfAnEllipticalGaussian) {
   const LightMoments plain = moments(plane, Ellipses(78, 81), 70, 0, 2);
   const auto adaptive = adaptive_moments(plane, Ellipses(81, 79), 70, 3, 0, 2);
   ASSERT_TRUE(adaptive.has_value());
-  // Gaussians that are integrated over pixels are not Gaussians quite.
+  // A Gaussian integrated over pixels is not quite a Gaussian.
   for (const auto& [result, tolerance] : {std::pair(plain, 1e-14), std::pair(*adaptive, 2e-6)}) {
     EXPECT_NEAR(result.x, 80.3, 80 * tolerance);
     EXPECT_NEAR(result.y, 79.1, 80 * tolerance);
@@ -329,8 +330,8 @@ TEST(Ellipses, OnTheSky) {
   view.rotation = 25;
   view.width = view.height = 101;
   const CelestialWcs wcs(view);
-  // The major axis points to a position angle of 40 deg: 15 deg from +y, which is 25 deg from
-  // North, towards East, which is towards -x.
+  // The major axis has a position angle of 40 deg. This is 15 deg from +y, which itself is 25 deg
+  // from North towards East, that is towards -x.
   const double degree = pi_value / 180;
   const Ellipses ellipses(wcs, 50, 50, 0.5, 40 * degree);
   EXPECT_NEAR(ellipses.area(3), pi_value * 9 * 0.5 / 0.04, 2.3e-8);
@@ -351,7 +352,7 @@ TEST(Moments, OfASinglePixelAreZero) {
   EXPECT_TRUE(std::isnan(light.axis_ratio()));
 }
 
-/// Moments of an ellipse on the sky whose pixels are stretched and sheared there.
+/// The ellipse's moments are on the sky, where the pixels are stretched and sheared.
 TEST(Moments, PositionAngleOnSkyOfStretchedPixels) {
   const auto card = [](const char* key, const std::string& value) {
     std::string text = fmt::format("{:<8}= {:>20}", key, value);

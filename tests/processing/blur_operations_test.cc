@@ -43,7 +43,8 @@ double largest_difference(const Image& a, const Image& b) {
 
 class BlurOperations : public testing::Test {
  protected:
-  /// Three planes on the sky, their brightness 1, 2 and 3, and one without coordinates.
+  /// Writes three planes on the sky with the brightness 1, 2 and 3, and one plane without
+  /// coordinates.
   BlurOperations() {
     for (int i = 0; i < 3; ++i) {
       planes_.push_back(
@@ -75,7 +76,8 @@ class BlurOperations : public testing::Test {
 
   std::string path(const std::string& name) const { return (folder_ / name).string(); }
 
-  /// Words that end in .fits, and what follows in brackets, are files of the folder.
+  /// Runs an operation; words that end in .fits, and brackets behind them, name files of the
+  /// folder.
   FitsInput run(const std::string& command) const {
     std::istringstream stream(command);
     std::string name;
@@ -149,7 +151,7 @@ TEST_F(BlurOperations, OptionsReachTheModel) {
        {std::pair{"zero", EdgeMode::zero}, std::pair{"reflect", EdgeMode::reflect},
         std::pair{"wrap", EdgeMode::wrap}}) {
     const FitsInput out = run(airy + "--edge " + name + " in.fits out.fits");
-    // North is 9e-8 rad off +y in the middle of the image.
+    // In the middle of the image, North differs from +y by 9e-8 rad.
     EXPECT_LT(largest_difference(read_image(out, 1), expected(1, model, stamp, {edge})), 1.1e-7);
   }
   const FitsInput single = run(airy + "--precision single in.fits out.fits");
@@ -178,7 +180,7 @@ TEST_F(BlurOperations, WidthsByDiffraction) {
   StampOptions stamp;
   stamp.size = 51;
   for (int i = 0; i < 3; ++i) {
-    // FWHM = .97198 lambda/D, rad; 206264.8 arcsec in one.
+    // FWHM = 0.97198 lambda/D in rad, times 206264.8 arcsec/rad.
     const double fwhm =
         .97198 * some_wavelengths[static_cast<std::size_t>(i)] * 1e-10 / 2.4 * 206264.8 / scale;
     const Image image = expected(i, {PsfKind::airy, fwhm, 3, .33}, stamp);
@@ -186,7 +188,7 @@ TEST_F(BlurOperations, WidthsByDiffraction) {
   }
 }
 
-/// North is 70 deg from +y towards +x, and East 90 deg on from it.
+/// North is 70 deg from +y towards +x, and East is 90 deg further.
 TEST_F(BlurOperations, PositionAnglesAreOnTheSky) {
   FitsHeader header;
   SkyView view;
@@ -202,7 +204,7 @@ TEST_F(BlurOperations, PositionAnglesAreOnTheSky) {
   write("flat.fits", {}, {point});
   const std::string convolve =
       "convolve --psf gaussian --fwhm 6 --axis-ratio 0.5 --position-angle 25 ";
-  // On the pixels the position angle is smaller by that of +y.
+  // The angle from +y is the position angle less that of +y.
   for (const auto& [name, angle] :
        {std::pair("turned.fits", 25.0 - 70), std::pair("flat.fits", 25.0)}) {
     const Moments moments = moments_of(read_image(run(convolve + name + " out.fits"), 0));
@@ -230,7 +232,7 @@ TEST_F(BlurOperations, PsfImages) {
     const Image image = expected(i, {PsfKind::kolmogorov, 2.0 + i}, stamp);
     EXPECT_LT(largest_difference(read_image(by_file, i), image), 3e-13);
   }
-  // One plane for all.
+  // A PSF of one plane serves all planes.
   run("psf --psf gaussian --fwhm 2 one.fits");
   const FitsInput by_one = run("convolve --psf one.fits in.fits out.fits");
   EXPECT_LT(largest_difference(read_image(by_one, 2), expected(2, {PsfKind::gaussian, 2})), 1e-14);
@@ -249,7 +251,7 @@ TEST_F(BlurOperations, PsfImagesByDiffraction) {
   EXPECT_NEAR(*header.number("FWHM1"), 1.02899 * 5e-7 / 2.4 * 206264.8 / 0.01, 3e-5);
   EXPECT_NEAR(*header.number("FWHM2") / *header.number("FWHM1"), 2, 1e-12);
 
-  // Unequal steps are no axis.
+  // Planes at unequal wavelengths have no wavelength axis.
   const FitsInput three =
       run("psf --psf airy --diameter 2.4 --wavelength 5000,6000,10000 --pixel-scale 0.01 --size 11 "
           "three.fits");

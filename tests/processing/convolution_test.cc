@@ -17,7 +17,7 @@ namespace {
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 constexpr double positive_infinity = std::numeric_limits<double>::infinity();
 
-/// Without any symmetry, sum 1.
+/// A stamp without symmetry, whose sum is 1.
 Stamp skew_stamp(int width, int height) {
   Stamp stamp{width, height, {}};
   double sum = 0;
@@ -32,7 +32,7 @@ Stamp skew_stamp(int width, int height) {
   return stamp;
 }
 
-/// The sum as it is written, over good pixels, relative to their share of the stamp.
+/// The convolution as a sum over good pixels, divided by their share of the stamp.
 Image direct_sum(const Image& image, const Stamp& stamp, EdgeMode edge) {
   const int width = image.width(), height = image.height();
   const auto place = [&](int x, int size) {
@@ -66,7 +66,7 @@ Image direct_sum(const Image& image, const Stamp& stamp, EdgeMode edge) {
   return out;
 }
 
-/// NaN must meet NaN.
+/// The largest difference; infinite where only one value is NaN.
 double largest_difference(const Image& a, const Image& b) {
   double largest = 0;
   for (int y = 0; y < a.height(); ++y) {
@@ -84,8 +84,8 @@ bool is_same(const Image& a, const Image& b) {
                     b.plane(0));
 }
 
-/// Transforms (0: direct sums where the stamp is small), images that are larger and smaller than
-/// the stamp, all edges, both precisions.
+/// The cases have transforms (0: direct sums for small stamps), images larger and smaller than the
+/// stamp, all edges and both precisions.
 TEST(Convolution, IsTheSum) {
   struct Case {
     int width, height, stamp_width, stamp_height, transform;
@@ -128,7 +128,7 @@ TEST(Convolution, TiledIsUntiled) {
   EXPECT_LT(largest_difference(evaluate(*convolved(image, stamp)), untiled), 2e-15);
 }
 
-/// Bit for bit the same for any area and number of threads.
+/// Every bit is equal for any area and number of threads.
 TEST(Convolution, DoesNotDependOnAreasOrThreads) {
   for (const Stamp& stamp : {skew_stamp(3, 3), skew_stamp(15, 11)}) {
     ConvolutionOptions options;
@@ -173,7 +173,7 @@ TEST(Convolution, FluxIsKept) {
   options.size = 41;
   const Stamp stamp = make_stamp(Psf({PsfKind::kolmogorov, 4}), options);
   const auto sum = [](const Image& image) { return moments_of(image).sum; };
-  // Far from the edges, and everywhere where nothing is lost there.
+  // Flux is kept far from the edges, and everywhere with edges that lose no light.
   const PlanePtr inner = make_plane(150, 130, {Gaussian{70, 60, 4, 2, 20, 3}});
   EXPECT_NEAR(sum(evaluate(*convolved(inner, stamp))) / sum(evaluate(*inner)), 1, 1e-13);
   const PlanePtr full = noise_plane(150, 130);
@@ -185,7 +185,7 @@ TEST(Convolution, FluxIsKept) {
   EXPECT_LT(sum(evaluate(*convolved(full, stamp))) / sum(evaluate(*full)), 0.99);
 }
 
-/// Variances add up.
+/// The variances of image and stamp add up.
 TEST(Convolution, WidensGaussians) {
   const double fwhm = 7;
   StampOptions options;
@@ -199,8 +199,8 @@ TEST(Convolution, WidensGaussians) {
   EXPECT_NEAR(moments.yy, 16 + sigma2, 1e-6);
 }
 
-/// Flux of an image within a circle around a pixel. Within pixels that the circle cuts, light
-/// follows the image's gradient.
+/// Flux within a circle around a pixel. In pixels cut by the circle, light follows the image's
+/// gradient.
 double aperture_sum(const Image& image, int x0, int y0, double radius) {
   constexpr int parts = 40;
   double sum = 0;
@@ -226,7 +226,7 @@ double aperture_sum(const Image& image, int x0, int y0, double radius) {
   return sum;
 }
 
-/// Encircled energies of convolved point sources, to the digits of the tables.
+/// Encircled energies of convolved point sources agree with the tables to their last digits.
 TEST(Convolution, EncircledEnergyOfPointSources) {
   struct Case {
     PsfModel model;
@@ -307,7 +307,7 @@ TEST(Convolution, MissingPixelsStayMissingAndDoNotSpread) {
           2e-6);
     }
   }
-  // Beyond the stamp's reach nothing changes, to the last bits.
+  // Missing values change nothing beyond the stamp's reach, but for the last bits.
   const Stamp stamp = skew_stamp(11, 9);
   const Image with = evaluate(*convolved(memory_plane(image), stamp));
   for (double* v = image.plane(0); v != image.plane(0) + std::ptrdiff_t{64} * 48; ++v) {
@@ -319,7 +319,7 @@ TEST(Convolution, MissingPixelsStayMissingAndDoNotSpread) {
   }
 }
 
-/// A flat image stays flat around what is missing, and an image without a good pixel stays so.
+/// A flat image stays flat around missing pixels, and an image without good pixels stays missing.
 TEST(Convolution, GoodPixelsCountForMissingOnes) {
   const Stamp stamp = skew_stamp(9, 9);
   const PlanePtr flat =
@@ -340,7 +340,7 @@ TEST(Convolution, GoodPixelsCountForMissingOnes) {
       std::all_of(none.plane(0), none.plane(0) + 81, [](double v) { return std::isnan(v); }));
 }
 
-/// However large or small values are, they are neither lost nor without digits.
+/// Values of any size neither vanish nor lose digits.
 TEST(Convolution, HugeAndTinyValues) {
   const Image image = evaluate(*noise_plane(64, 48));
   for (const auto& [width, height] : {std::pair{3, 3}, std::pair{11, 9}}) {
@@ -361,7 +361,7 @@ TEST(Convolution, HugeAndTinyValues) {
   }
 }
 
-/// One huge value leaves the pixels of other tiles alone, and none is missing.
+/// A huge value does not affect pixels of other tiles, and no pixel is missing.
 TEST(Convolution, HugeValueAmongSmallOnes) {
   const PlanePtr plane =
       make_plane(90, 40, [](int x, int y) { return x == 3 && y == 5 ? 1e35 : 1.0; });
@@ -384,7 +384,7 @@ TEST(Convolution, HugeValueAmongSmallOnes) {
   }
 }
 
-/// More planes than kernels are remembered: each still gets its own stamp.
+/// With more planes than cached kernels, each plane still gets its own stamp.
 TEST(Convolution, StampsOfManyPlanes) {
   const PlanePtr image = noise_plane(50, 40);
   std::vector<PlanePtr> planes;

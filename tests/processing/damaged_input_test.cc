@@ -1,4 +1,4 @@
-// Operations on files that are cut off: each runs, or ends in an InputError that names the input.
+// Operations on truncated files: each runs, or ends in an InputError that names the input.
 
 #include <gtest/gtest.h>
 

@@ -18,7 +18,7 @@
 namespace gamer {
 namespace {
 
-constexpr double scale = 0.2;  ///< arcsec, of a pixel
+constexpr double scale = 0.2;  ///< arcsec per pixel
 
 /// One image HDU to be written.
 struct TestHdu {
@@ -125,10 +125,10 @@ double variance(const std::vector<double>& values) {
   return sum / static_cast<double>(values.size() - 1);
 }
 
-/// All of them.
+/// The text of a number with all its digits.
 std::string digits(double value) { return fmt::format("{}", value); }
 
-/// Relative.
+/// The largest relative error of values.
 template <class Expected>
 double largest_error(const std::vector<double>& values, Expected expected) {
   double largest = 0;
@@ -138,7 +138,7 @@ double largest_error(const std::vector<double>& values, Expected expected) {
   return largest;
 }
 
-/// Relative error of the size of a pixel, measured in the WCS between points half a pixel apart.
+/// The relative error of a pixel's size, which the WCS gives between points half a pixel apart.
 constexpr double sky_error = 2e-9;
 
 constexpr int side_length = 500;
@@ -149,7 +149,7 @@ constexpr const char* ccd =
     "--exposure 300 --exposures 3 --zero-point 27 --sky 21 --dark 0.01 "
     "--read-noise 4 ";
 
-/// By hand, of a pixel of 50 nJy under ccd.
+/// Expected values for a pixel of 50 nJy with the options `ccd`.
 const double electrons_per_unit = std::pow(10, -0.4 * (31.4 - 27)) * 300;
 const double true_background = (std::pow(10, -0.4 * (21 - 27)) * scale * scale + 0.01) * 300;
 const double true_variance = 50 * electrons_per_unit + true_background + 3 * 4 * 4;
@@ -201,7 +201,7 @@ TEST_F(NoiseOperation, WritesElectronsAndAdu) {
   EXPECT_EQ(header.text("BUNIT"), "electron");
   EXPECT_EQ(header.number("SATURATE"), full);
   EXPECT_EQ(header.number("GAIN"), 1);
-  // One electron in 300 s at 27 mag per electron/s.
+  // The zero point for one electron in 300 s, at 27 mag for 1 electron/s.
   EXPECT_NEAR(*header.number("MAGZERO"), 27 + 2.5 * std::log10(300), 1e-12);
   EXPECT_NEAR(*header.number("PHOTZP"), 27 + 2.5 * std::log10(300), 1e-12);
   EXPECT_NEAR(*header.number("PHOTFLAM") * electrons_per_unit / 2e-20, 1, 1e-12);
@@ -259,7 +259,7 @@ TEST_F(NoiseOperation, MeasuresWhatTheVarianceSays) {
   for (const char* key : {"MAGZERO1", "MAGZERO2", "GAIN1", "GAIN2", "GAIN"}) {
     EXPECT_FALSE(header.has(key)) << key;
   }
-  // The planes' electrons per unit differ, and so do their cards.
+  // The electrons per unit differ between planes, and so do the cards.
   const FitsHeader& image = out.hdus()[0].header;
   EXPECT_NEAR(*image.number("GAIN2") / *image.number("GAIN1"), std::pow(10, 0.4), 1e-12);
   EXPECT_FALSE(image.has("GAIN"));
@@ -327,14 +327,14 @@ TEST_F(NoiseOperation, TakesSurfaceBrightnessAndElectronRates) {
   const FitsInput flux = output();
   const auto expected = pixels(flux);
   const auto expect_same = [&](const std::vector<double>& values) {
-    // The mean may round to another side of an integer here and there.
+    // Rounding may move a few means to another integer.
     int differ = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
       if (std::abs(values[i] - expected[i]) > true_background * sky_error) ++differ;
     }
     EXPECT_LT(differ, 10);
   };
-  // An image of surface brightness: the light per arcsec^2.
+  // This image is in surface brightness, light per arcsec^2.
   constexpr double area = scale * scale;
   write("in.fits", side_length, side_length,
         {{{std::vector<double>(flat.size(), 50 / area)},
@@ -343,7 +343,7 @@ TEST_F(NoiseOperation, TakesSurfaceBrightnessAndElectronRates) {
   expect_same(pixels(output()));
   EXPECT_NEAR(*output().hdus()[0].header.number("MAGZERO"),
               *flux.hdus()[0].header.number("MAGZERO"), 1e-9);
-  // An image in electrons/s, whose zero point then is 27 without being told.
+  // This image is in electron/s, with its zero point of 27 in the header.
   const double rate = electrons_per_unit / 300;
   write("in.fits", side_length, side_length,
         {{{std::vector<double>(flat.size(), 50 * rate)},
@@ -351,7 +351,7 @@ TEST_F(NoiseOperation, TakesSurfaceBrightnessAndElectronRates) {
   const std::string rest = "--exposure 300 --exposures 3 --dark 0.01 --read-noise 4 ";
   noise(rest + "--sky 21 --output-unit electron");
   expect_same(pixels(output()));
-  // Relative units.
+  // This image is in relative units.
   write("in.fits", side_length, side_length,
         {{{std::vector<double>(flat.size(), 0.5)}, celestial()}});
   noise(rest + "--sky 21 --zero-point 27 --output-unit electron --electrons-per-unit " +

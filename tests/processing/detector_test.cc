@@ -56,7 +56,7 @@ TEST_P(CcdEquation, GivesMeanAndVarianceOfAMillionPixels) {
   const double variance = mu + 4 * 2.5 * 2.5;
   constexpr double n = side_length * side_length;
   EXPECT_LT(std::abs(m.mean - (0.1 * mu - 7)), 4 * 0.1 * std::sqrt(variance / n));
-  // The fourth central moment is 3 variance^2 + mu.
+  // The fourth central moment of a Poisson variate is 3 variance^2 + mu.
   const double error = std::sqrt((2 + mu / (variance * variance)) / n);
   EXPECT_LT(std::abs(m.variance / (0.01 * variance) - 1), 4 * error);
   for (const double v : values_of(observed_variance(constant(3, 2, value), detector))) {
@@ -127,7 +127,7 @@ TEST(Detector, Saturates) {
   detector.per_electron = 0.5;
   detector.offset = 20;
   EXPECT_EQ(detector.saturation(), 1520);
-  // 2000 electrons are 22 sigma below the 3000 that fit, 4000 14 above.
+  // 2000 electrons are 22 sigma below the 3000 of a full well, and 4000 are 14 sigma above.
   for (const double v : values_of(observed(constant(100, 100, 20), detector, 1))) {
     EXPECT_LT(v, 1520);
   }
@@ -182,7 +182,7 @@ TEST(Noise, DoesNotCorrelate) {
   };
   for (const bool gaussian : {false, true}) {
     const auto first = normalised(noise_key(1, "r"), gaussian);
-    // The next pixel, the one above, and those beside that.
+    // The neighbours are the next pixel, the pixel above, and the two beside that.
     for (const std::size_t lag :
          {1, 2, side_length - 1, side_length, side_length + 1, 2 * side_length}) {
       EXPECT_LT(std::abs(correlation(first, first, lag)), 4) << lag;
@@ -219,7 +219,7 @@ TEST(GaussianNoise, HasItsSigma) {
 TEST(SignalNorm, IsThatOfAMatchedFilter) {
   const auto plane = std::make_shared<MemoryPlane>(3, 1, std::vector<double>{3, nan_value, -4});
   EXPECT_EQ(signal_norm(*plane), 5);
-  // The flux of a known profile, fitted by least squares to its noisy images, has this ratio.
+  // A least-squares fit of the known profile to noisy images gives its flux with this ratio.
   constexpr int image_count = 20'000;
   const std::vector<double> profile = {0.1, 0.5, 1, 0.7, 0.2};
   std::vector<double> images, fluxes;

@@ -99,7 +99,7 @@ TEST_F(FileOperations, CardsOfADetectorStayWithTheirPlane) {
   EXPECT_FALSE(cube.hdus()[0].header.has("GAIN"));
 }
 
-/// As integral field spectrographs write cubes: no WAVELEN.
+/// Integral field spectrographs write such cubes, without WAVELEN cards.
 TEST_F(FileOperations, WavelengthsOfALinearAxis) {
   write("muse.fits", {{{even(1), even(2), even(3)},
                        {{"CTYPE3", std::string("AWAV"), ""},
@@ -133,7 +133,7 @@ class Records : public SmallFiles {
     }
   }
 
-  /// The parts of the record that out.fits has.
+  /// The parts of the record in out.fits.
   std::string parts() const {
     std::string found;
     bool has_object = false, has_scene = false;

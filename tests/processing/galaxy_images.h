@@ -11,8 +11,8 @@
 
 namespace gamer {
 
-/// Images of galaxies of closed form. A pixel is the mean of the brightness over its square, by
-/// Gauss quadrature of squares that shrink towards the centre, where profiles have cusps.
+/// Images of galaxies of closed form. A pixel is the mean brightness over its square, by Gauss
+/// quadrature in squares that shrink towards the centre, where profiles have cusps.
 
 using Brightness = std::function<double(double x, double y)>;
 
@@ -29,7 +29,8 @@ inline double mean_of_square(const Brightness& brightness, double x, double y, d
     }
     return sum / 4;
   }
-  // Abscissas and weights of Gauss quadrature on [-1/2, 1/2]; two points do where light is smooth.
+  // Abscissas and weights of Gauss quadrature on [-1/2, 1/2]; two points suffice where light is
+  // smooth.
   constexpr double smooth_distance = 16;
   static const std::vector<std::array<double, 2>> few = {{-0.28867513459481287, 0.5},
                                                          {0.28867513459481287, 0.5}};
@@ -48,7 +49,7 @@ inline double mean_of_square(const Brightness& brightness, double x, double y, d
   return sum;
 }
 
-/// The image of a brightness with its cusp at (centre_x, centre_y), counted from 0.
+/// The image of a brightness whose cusp is at (centre_x, centre_y), counted from 0.
 inline Image drawn_image(int width, int height, const Brightness& brightness, double centre_x,
                          double centre_y) {
   Image image(width, height, 1);
@@ -60,23 +61,23 @@ inline Image drawn_image(int width, int height, const Brightness& brightness, do
   return image;
 }
 
-/// A Sersic profile of a total flux; radii count in pixels.
+/// A Sersic profile with a total flux; radii are in pixels.
 struct SersicProfile {
   double flux = 1, n = 1, re = 1;
 
   double b() const { return boost::math::gamma_p_inv(2 * n, 0.5); }
-  /// Brightness at r.
+  /// The brightness at the radius r.
   double operator()(double r) const {
     const double pi = 3.14159265358979323846;
     const double peak =
         flux * std::pow(b(), 2 * n) / (2 * pi * n * re * re * boost::math::tgamma(2 * n));
     return peak * std::exp(-b() * std::pow(r / re, 1 / n));
   }
-  /// Flux within r.
+  /// The flux within the radius r.
   double within(double r) const {
     return flux * boost::math::gamma_p(2 * n, b() * std::pow(r / re, 1 / n));
   }
-  /// The brightness as a function that computes its constants once.
+  /// The brightness as a function whose constants are computed once.
   std::function<double(double)> profile() const {
     const double peak = (*this)(0), exponent = 1 / n, factor = b(), scale = re;
     return [=](double r) { return peak * std::exp(-factor * std::pow(r / scale, exponent)); };

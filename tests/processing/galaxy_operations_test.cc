@@ -25,9 +25,9 @@ namespace {
 
 constexpr int side = 161;
 constexpr double pixel_scale = 0.2, zero_point = 31.4;
-constexpr double ratio = 0.7, turn = 30, h = 9;  ///< axis ratio, deg from +y towards -x, pixels
+constexpr double ratio = 0.7, turn = 30, h = 9;  ///< axis ratio; deg from +y towards -x; pixels
 
-/// An exponential disk of flux `flux` about pixel (81.3, 80.6), and a sky.
+/// An exponential disk of this flux about the pixel (81.3, 80.6), on a sky.
 std::vector<double> disk(double flux, double sky = 0) {
   const double centre_x = 80.3, centre_y = 79.6, angle = (turn + 90) * degree;
   const double peak = flux / (2 * 3.14159265358979323846 * h * h * ratio);
@@ -42,10 +42,10 @@ std::vector<double> disk(double flux, double sky = 0) {
   return {image.plane(0), image.plane(0) + static_cast<std::ptrdiff_t>(side) * side};
 }
 
-/// Writes planes of galaxies and runs operations on them.
+/// Writes galaxies as planes of files, and runs operations on them.
 class GalaxyOperations : public OperationLines {
  protected:
-  /// One HDU of bands g, r...; North is up where it lies on the sky.
+  /// Writes one HDU with bands g, r...; if it has a WCS, North is up.
   void write(const std::string& name, const std::vector<std::vector<double>>& planes,
              bool on_sky = true) {
     const std::vector<std::string> bands = {"g", "r", "i"};
@@ -87,7 +87,7 @@ TEST_F(GalaxyOperations, MorphologyMeasuresTheChosenPlanes) {
   EXPECT_EQ(number(first, "sky_sigma"), 0);
   const auto picture = read_png(path("p.png"));
   EXPECT_EQ(picture.width, side * 5);
-  // Half of the light makes all numbers but the flux equal, once the sky is gone.
+  // With half of the light and the sky subtracted, all numbers but the flux are equal.
   for (const char* sky : {"--sky 3", "--annulus 75,80"}) {
     const DataTable second =
         measure(fmt::format("morphology --planes 2 --sky-sigma 0 {} in.fits", sky));
@@ -132,7 +132,7 @@ TEST_F(GalaxyOperations, MorphologyErrors) {
             "Petrosian radii of the galaxy");
 }
 
-/// The disk's azimuths have one brightness; its map is even along each row.
+/// A disk has one brightness at all azimuths, so that each row of its map is even.
 TEST_F(GalaxyOperations, UnwrapDeprojects) {
   write("in.fits", {disk(1000)});
   run(
@@ -160,7 +160,7 @@ TEST_F(GalaxyOperations, UnwrapDeprojects) {
     }
   }
   EXPECT_LT(worst, 0.006);
-  // Found by itself: the light's axis ratio and direction.
+  // Without options, the light's own axis ratio and direction are used.
   const DataTable arms = measure("unwrap --bins 5 in.fits again.fits");
   EXPECT_EQ(arms.rows(), 5u);
   const FitsInput again(path("again.fits"));

@@ -30,7 +30,7 @@ class GeometryOperations : public testing::Test {
  protected:
   GeometryOperations() { write("in.fits", "nJy", image_width, image_height); }
 
-  /// Two planes, the second twice as bright, on the sky: turned, and with a polynomial.
+  /// Writes two planes on a turned and distorted WCS, the second twice as bright.
   void write(const std::string& name, const std::string& unit, int width, int height) const {
     FitsHeader header;
     header.set("CTYPE1", std::string("RA---TAN-SIP"));
@@ -104,7 +104,7 @@ TEST_F(GeometryOperations, PixelsAndCoordinatesAgree) {
   struct Case {
     std::string command;
     int width, height;
-    double pixels = 1e-4;  ///< error of the centroid
+    double pixels = 1e-4;  ///< allowed error of the centroid
   };
   const double flux =
       100 * 2 * std::numbers::pi * source_header.sigma_long * source_header.sigma_short;
@@ -170,7 +170,7 @@ TEST_F(GeometryOperations, Fill) {
   EXPECT_TRUE(std::isnan(corner("rotate --angle 45 --fill nan")));
 }
 
-/// The sky position stays at the middle pixel of the box, also where the box has edges outside.
+/// The sky position is at the middle pixel of the box, even where the box goes beyond the image.
 TEST_F(GeometryOperations, CropAtAPosition) {
   const CelestialWcs before = wcs_of(FitsInput((folder_ / "in.fits").string()).hdus()[0]);
   const Image whole = evaluate(*FitsInput((folder_ / "in.fits").string()).plane(0, 1));
@@ -196,7 +196,7 @@ TEST_F(GeometryOperations, CropAtAPosition) {
       }
     }
   }
-  // RA 150.1 deg is 10h 0m 24s; the reference pixel is 20.5,31.
+  // RA 150.1 deg is 10h 0m 24s, at the reference pixel (20.5, 31).
   const FitsInput colons = run("crop --size 9 --position 10:00:24,+2:12:00");
   EXPECT_NEAR(*colons.hdus()[0].header.number("CRPIX1"), 4.5, 1e-12);
   EXPECT_NEAR(*colons.hdus()[0].header.number("CRPIX2"), 5, 1e-12);
@@ -208,7 +208,8 @@ TEST_F(GeometryOperations, CropAtAPosition) {
   EXPECT_TRUE(std::isnan(corner("crop --center 1,1 --size 6 --pad nan")));
 }
 
-/// Variances of pixels with a value of --pad are 0; images without coordinates follow the others.
+/// Variances of pixels filled by --pad are 0. Images without coordinates follow those with
+/// coordinates.
 TEST_F(GeometryOperations, CropOfSeveralImages) {
   const FitsInput input((folder_ / "in.fits").string());
   FitsHeader variance, plain;
@@ -303,7 +304,7 @@ TEST_F(GeometryOperations, Errors) {
   }
   EXPECT_EQ(error_of("bin --factor 3 --trim", "wide.fits"),
             "gutil bin: --factor 3,3: wide.fits has 300 x 2 pixels");
-  // Said by the declaration.
+  // The declaration of the operation gives this message.
   EXPECT_NE(error_of("rotate").find("angle"), std::string::npos);
   EXPECT_NE(error_of("rotate --angle 3 --kernel area").find("\"lanczos5\""), std::string::npos);
 }

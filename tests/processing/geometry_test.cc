@@ -13,7 +13,7 @@ namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 
-/// Whether parts of a plane, whatever their size, hold what the whole does.
+/// Expects parts of a plane, of any size, to equal the whole plane.
 void expect_same_in_parts(const PlanePtr& plane) {
   const Image whole = evaluate(*plane, 3);
   for (const int width : {1, 7, plane->width()}) {
@@ -97,7 +97,7 @@ TEST(Geometry, QuarterTurns) {
   const Image image = evaluate(*turned, 2);
   ASSERT_EQ(image.width(), 17);
   ASSERT_EQ(image.height(), 600);
-  // +x turns to +y, and +y to -x.
+  // The turn takes +x to +y, and +y to -x.
   EXPECT_EQ(image.at(16, 0), old.at(0, 0));
   EXPECT_EQ(image.at(16, 599), old.at(599, 0));
   EXPECT_EQ(image.at(0, 0), old.at(0, 16));
@@ -139,12 +139,12 @@ TEST(Geometry, Bin) {
     }
   }
   expect_same_in_parts(sums);
-  // The corner of the image is that of a block: pixels 1 to 3 become 1.
+  // The image's corner is a block's corner: pixels 1 to 3 become pixel 1.
   EXPECT_NEAR(bin_map(3, 2)({2, 1.5}).x, 1, 1e-15);
   EXPECT_EQ(bin_map(3, 2)({2, 1.5}).y, 1);
   EXPECT_THROW(bin(source, 14, 1, PixelValues::flux), std::invalid_argument);
   EXPECT_THROW(bin(source, 1, 0, PixelValues::flux), std::invalid_argument);
-  // Blocks that go by in several pieces.
+  // These blocks are read in several pieces.
   const PlanePtr large = noise_plane(400, 400);
   const double total = moments_of(evaluate(*large)).sum;
   EXPECT_NEAR(evaluate(*bin(large, 400, 400, PixelValues::flux)).at(0, 0), total, 1e-13 * total);
@@ -152,7 +152,8 @@ TEST(Geometry, Bin) {
             evaluate(*noise_plane(1, 1)).at(0, 0));
 }
 
-/// A quarter of a block missing makes it missing; less, and the others stand for all.
+/// A block is missing if a quarter of it is missing; with less missing, the other pixels stand for
+/// all.
 TEST(Geometry, BinMissing) {
   for (int missing = 0; missing <= 9; ++missing) {
     const PlanePtr source = make_plane(
@@ -173,7 +174,7 @@ TEST(Geometry, BinMissing) {
   EXPECT_EQ(image.at(1, 0), 4);
 }
 
-/// Pixels of a window are those of the image where it has them.
+/// A window has the image's pixels where the image has any.
 TEST(Geometry, WindowReachesOverEdges) {
   constexpr int width = 7, height = 5;
   const PlanePtr source = make_plane(width, height, [](int x, int y) { return 10.0 * y + x; });

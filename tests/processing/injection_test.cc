@@ -46,7 +46,7 @@ TEST(Injection, ZeroPointOfPlanesAndUnits) {
   const FitsHeader single = header_of({{"MAGZERO1", 25.0, {}}, {"PHOTZP", 25.0, {}}});
   EXPECT_EQ(zero_point_of(std::vector{single}, 0, "")->key, "MAGZERO1");
   EXPECT_EQ(plane_info(single, 0, 1).zero_point, 25);
-  // 3631 Jy is magnitude 0, to the rounding of 48.60.
+  // 3631 Jy have the magnitude 0, but for the rounding of 48.60.
   const double jansky = 2.5 * std::log10(3631);
   for (const auto& [unit, janskys] : std::vector<std::pair<std::string, double>>{
            {"Jy", 1}, {"mJy", 1e-3}, {"uJy", 1e-6}, {"nJy", 1e-9}}) {
@@ -89,7 +89,7 @@ TEST(Injection, MeanLightIsAddedAndTheRestKeepsItsBits) {
   EXPECT_EQ(evaluate(*injected(image, light, injection)).at(2, 0), 5);
 }
 
-/// Mean and variance of the noise are v factor and v factor / gain, within 4 standard errors.
+/// The noise has the mean v factor and the variance v factor/gain, to 4 standard errors.
 TEST(Injection, NoiseIsThatOfElectrons) {
   constexpr int side = 400;
   constexpr double count = side * side;
@@ -133,7 +133,7 @@ TEST(Injection, GridsOnTheSky) {
   view.pixel_scale = 0.21;
   const CelestialWcs coarse(view);
   EXPECT_NEAR(grid_difference(large, {51, 51}, coarse, {51, 51}), 0.05, 1e-6);
-  // A corner is 50 sqrt(2) pixels off the middle.
+  // A corner is 50 sqrt(2) pixels from the middle.
   EXPECT_NEAR(grid_shift(large, coarse, 101, 101)->error, 0.05 * 50 * std::sqrt(2.0), 1e-4);
   view.pixel_scale = 0.2;
   view.rotation = 1;
@@ -142,7 +142,7 @@ TEST(Injection, GridsOnTheSky) {
               2 * std::sin(std::acos(-1.0) / 360), 1e-6);
 }
 
-/// Two planes of science with light of two bands, each with its own zero point and gain.
+/// Light of two bands is injected into two planes, each with its own zero point.
 TEST_F(SmallFiles, InjectPlaneByPlane) {
   write("cube.fits", {{{even(10), even(20)},
                        {{"MAGZERO1", 31.4, {}}, {"MAGZERO2", 28.9, {}}, {"GAIN", 3.0, {}}}}});
@@ -160,7 +160,7 @@ TEST_F(SmallFiles, InjectPlaneByPlane) {
   EXPECT_NEAR(pixel(file(), 0, 0), 60, 1e-12);
 }
 
-/// Noise of gutil noise and of the injected light are independent for one seed.
+/// With one seed, the noise of gutil noise and that of injected light are independent.
 TEST_F(SmallFiles, InjectedNoiseIsItsOwn) {
   write("zero.fits", {{{even(0)}, {{"MAGZERO", 31.4, {}}, {"GAIN", 1.0, {}}}}});
   write("light.fits", {{{even(1e6)}, {{"MAGZERO", 31.4, {}}, {"BUNIT", "nJy", {}}}}});

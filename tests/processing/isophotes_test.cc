@@ -38,7 +38,7 @@ IsophoteOptions options_about_the_centre() {
   return options;
 }
 
-/// Shape, brightness and growth of Sersic profiles on similar ellipses.
+/// Isophotes of Sersic profiles on similar ellipses have their shape, brightness and growth.
 TEST(Isophotes, OfSersicProfiles) {
   for (const double n : {0.7, 1.0, 2.5}) {
     SCOPED_TRACE(n);
@@ -56,7 +56,7 @@ TEST(Isophotes, OfSersicProfiles) {
       worst_angle = std::max(worst_angle, std::fabs(one.angle - angle));
       worst_brightness =
           std::max(worst_brightness, std::fabs(one.brightness / profile(one.radius) - 1));
-      // The profile's flux is that of circles.
+      // `within` counts circles, so that the ellipse's flux is smaller by the axis ratio.
       worst_flux =
           std::max(worst_flux, std::fabs(one.flux / (ratio * sersic.within(one.radius)) - 1));
     }
@@ -67,8 +67,8 @@ TEST(Isophotes, OfSersicProfiles) {
   }
 }
 
-/// A round bulge within a flat disk: the ellipticity grows outwards. With one of both numbers
-/// given, the other is fitted.
+/// A round bulge in a flat disk: the ellipticity grows outwards. If one of ellipticity and position
+/// angle is given, the other one is fitted.
 TEST(Isophotes, ShapesThatChange) {
   const auto bulge = SersicProfile{200, 1, 6}.profile();
   const auto disk = SersicProfile{1000, 1, 50}.profile();
@@ -96,8 +96,8 @@ TEST(Isophotes, ShapesThatChange) {
   EXPECT_EQ(doubled[3].brightness, given[3].brightness);
 }
 
-/// White noise: the errors are those of the brightness, and the list ends where light is lost in
-/// it.
+/// With white noise the errors are those of the brightness, and the list ends where noise hides the
+/// light.
 TEST(Isophotes, OfANoisyDisk) {
   const auto profile = [](double r) { return 50 * std::exp(-r / 22); };
   Image image = elliptical(profile, 0.7, 1.2);
@@ -130,7 +130,7 @@ TEST(Isophotes, OfANoisyDisk) {
   EXPECT_LT(list.back().radius, 175);
 }
 
-/// Two exponentials joined at a break.
+/// The profile of two exponentials joined at a break.
 std::vector<ProfilePoint> broken_profile(double inner, double outer, double radius) {
   std::vector<ProfilePoint> points;
   for (double r = 5; r < 200; r *= 1.05) {
@@ -164,7 +164,7 @@ TEST(DiskBreaks, FindsWhatWasMade) {
   EXPECT_FALSE(fit_disk(std::span(few).first(7)));
 }
 
-/// Isophotes of a drawn image with a break.
+/// A break is found in the isophotes of a drawn image.
 TEST(DiskBreaks, OfAnImage) {
   const double inner = 30, outer = 14, radius = 80;
   const Image image = elliptical(

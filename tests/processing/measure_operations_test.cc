@@ -21,17 +21,17 @@ namespace gamer {
 namespace {
 
 constexpr int size_of_side = 120;
-constexpr double scale = 0.2;  ///< arcsec, of a pixel
+constexpr double scale = 0.2;  ///< arcsec per pixel
 constexpr double zero_point = 31.4;
 
-/// An elliptical Gaussian of flux 1000, its major axis 30 deg from +y towards -x, on a background
-/// of 5.
+/// An elliptical Gaussian of flux 1000, with its major axis 30 deg from +y towards -x, on a
+/// background of 5.
 constexpr double true_x = 60.3, true_y = 55.8, true_major = 7, true_ratio = 0.6, true_flux = 1000,
                  true_background = 5;
 
-/// Pixels hold the light at their centres and spread it evenly: the variances grow by 1/12, and the
-/// product of the axes by this factor, 1.0032. What the ellipses of another axis ratio hold then
-/// differs in second order only.
+/// Pixels hold the light at their centres and spread it evenly: variances grow by 1/12, and the
+/// product of the axes by this factor, 1.0032. The change of the axis ratio affects fluxes in
+/// ellipses in second order only.
 const double pixelation =
     std::sqrt((1 + 1 / (12 * true_major * true_major)) *
               (1 + 1 / (12 * true_major * true_major * true_ratio * true_ratio)));
@@ -54,7 +54,7 @@ std::vector<double> source(double flux) {
 
 class MeasureOperations : public OperationLines {
  protected:
-  /// One HDU; +y is 20 deg east of North where it lies on the sky.
+  /// Writes one HDU; if it has a WCS, +y is 20 deg East of North.
   void write(const std::string& name, const std::vector<std::vector<double>>& planes,
              bool on_sky = false, const std::string& unit = "nJy", int width = size_of_side,
              int height = size_of_side) {
@@ -151,7 +151,7 @@ TEST_F(MeasureOperations, PhotometryOnTheSky) {
   write("in.fits", {source(true_flux)}, true);
   const SkyPosition center =
       *CelestialWcs::from_header(header_text(path("in.fits")), "in.fits").sky({true_x, true_y});
-  // +y is 20 deg east of North, so the major axis 50 deg.
+  // +y is 20 deg East of North, so that the major axis is at 50 deg.
   const DataTable table = measure(
       fmt::format("photometry --position {},{} --unit arcsec --radius 1.4,8.4 --axis-ratio 0.6 "
                   "--position-angle 50 --annulus 9,11 --weight-sigma 4 in.fits",
@@ -168,7 +168,7 @@ TEST_F(MeasureOperations, PhotometryOnTheSky) {
       1e-6);
   EXPECT_NEAR(number(table, "axis_ratio"), true_ratio, 4e-9);
   EXPECT_NEAR(number(table, "position_angle"), 50, 2.5e-4);
-  // In pixels the angle is on the sky as well.
+  // With radii in pixels, too, the position angle is that on the sky.
   const DataTable pixels = measure(
       "photometry --center 60.3,55.8 --radius 7 --axis-ratio 0.6 --position-angle 50 "
       "--annulus 45,55 --background mean in.fits");
@@ -222,7 +222,7 @@ TEST_F(MeasureOperations, Spectrum) {
   EXPECT_NEAR(number(table, "power", 41) * number(table, "modes", 41), 0.5 * 64 * 64, 1e-9);
   EXPECT_NEAR(number(table, "frequency", 41), 10.0 / 64, 1e-15);
   EXPECT_NE(printed_.find("slope_error"), std::string::npos);
-  // The picture has dots of the first curve's and a line of the second's colour on white.
+  // On white, the plot has dots in the colour of the first curve and a line in that of the second.
   const ReadPng plot = read_png(path("plot.png"));
   EXPECT_EQ(plot.width, 1200);
   EXPECT_EQ(plot.height, 900);

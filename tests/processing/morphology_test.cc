@@ -39,15 +39,15 @@ Image round_galaxy(const std::vector<SersicProfile>& parts) {
       centre_x, centre_y);
 }
 
-/// Without noise: the corners hold the galaxy's outskirts.
+/// Options without sky noise, since the corners hold the galaxy's outskirts.
 MorphologyOptions no_noise() {
   MorphologyOptions options;
   options.sky_sigma = 0;
   return options;
 }
 
-/// Values of the profiles without pixels, by SciPy 1.10: the Petrosian radius over re by brentq, C
-/// by gammainc, G and M20 of the circle within it by quad.
+/// Values of the profiles without pixels, by SciPy 1.10: the ratio of the Petrosian radius to re by
+/// brentq, C by gammainc, G and M20 of the circle within it by quad.
 struct Expected {
   std::vector<SersicProfile> parts;
   double petrosian, concentration, gini, m20;
@@ -80,8 +80,8 @@ TEST(Morphology, SersicProfilesAndBulges) {
   }
 }
 
-/// An inclined disk has the Petrosian radius of the face-on one along its major axis. The round
-/// Gaussian widens the segmentation; G and M20 are by SciPy's gaussian_filter.
+/// Along its major axis, an inclined disk has the Petrosian radius of the face-on disk. The round
+/// Gaussian widens the segmentation; expected G and M20 are by SciPy's gaussian_filter.
 TEST(Morphology, InclinedDisk) {
   const SersicProfile disk{1, 1, re};
   const auto profile = disk.profile();
@@ -103,7 +103,7 @@ TEST(Morphology, InclinedDisk) {
   EXPECT_NEAR(found.asymmetry, 0, 9e-4);
 }
 
-/// A disk with one Gaussian clump far from the centre and narrow: sum|I - I180| is twice the
+/// A disk with a narrow Gaussian clump far from the centre has sum|I - I180| equal to twice the
 /// clump's flux.
 TEST(Morphology, AsymmetryOfAnOffsetClump) {
   const SersicProfile disk{1, 1, re};
@@ -124,7 +124,7 @@ TEST(Morphology, AsymmetryOfAnOffsetClump) {
   EXPECT_NEAR(found.asymmetry, 2 * share / light, 6e-5);
 }
 
-/// A mean over a box of a Gaussian is a product of differences of error functions.
+/// The mean of a Gaussian over a box is a product of differences of error functions.
 TEST(Morphology, SmoothnessOfAGaussian) {
   const double sigma = 40;
   const Image image = drawn_image(
@@ -160,8 +160,9 @@ TEST(Morphology, SmoothnessOfAGaussian) {
   EXPECT_NEAR(found.smoothness_lotz, smoothness(0.25 * rp, 0.25 * rp), 1.6e-5);
 }
 
-/// Noise adds nothing on average to A. In S a pixel above its neighbourhood by d adds E max(0, d +
-/// n) for noise n of sigma s, which is d P(d/s) + s p(d/s) with the normal distribution's P and p.
+/// Noise adds nothing to A on average. To S, a pixel that is d above its neighbourhood adds E
+/// max(0, d + n) for noise n of sigma s. This is d P(d/s) + s p(d/s), with the normal
+/// distribution's P and density p.
 TEST(Morphology, NoiseIsSubtracted) {
   const Image clean = round_galaxy({{4e5, 1, 30}});
   const Morphology without = morphology(clean, no_noise());
@@ -202,16 +203,18 @@ TEST(Gini, OfSimpleLists) {
 }
 
 TEST(M20, OfFivePixels) {
-  // The brightest pixel holds half of the light, at the centroid; 20 % have no moment.
+  // The brightest pixel, at the centroid, has half of the light, so that the brightest 20 % have no
+  // moment.
   const std::vector<LitPixel> cross = {{0, 0, 4}, {1, 0, 1}, {-1, 0, 1}, {0, 1, 1}, {0, -1, 1}};
   EXPECT_EQ(m20(cross), -std::numeric_limits<double>::infinity());
-  // The brightest two at the ends, each with 1/4; the moment of 1/5 is 4/20 of 9 over 4 (9 + 1)/8.
+  // The two brightest pixels are at the ends, with 1/4 of the light each; the brightest 1/5 has the
+  // moment 4/20 of 9 over 4 (9 + 1)/8.
   const std::vector<LitPixel> line = {{-3, 0, 2}, {3, 0, 2}, {-1, 0, 2}, {1, 0, 2}};
   EXPECT_NEAR(m20(line), std::log10(0.2 * 9 / (0.5 * 9 + 0.5 * 1)), 1e-15);
 }
 
 TEST(MidStatistics, OfTwoGaussians) {
-  // Fluxes 1 and 0.4, so far apart that each basin holds its Gaussian.
+  // The Gaussians, of flux 1 and 0.4, are so far apart that each basin holds one.
   const int width = 120, height = 60;
   const double sigma = 5;
   const auto gaussian = [&](double x, double y, double px, double py) {
@@ -226,14 +229,14 @@ TEST(MidStatistics, OfTwoGaussians) {
   EXPECT_NEAR(found.intensity, 0.4, 1e-6);
   const double offset = 50 * 0.4 / 1.4;
   EXPECT_NEAR(found.deviation, offset / std::sqrt(width * height / pi_value), 1e-6);
-  // A piece at level t of a Gaussian of peak p has the area 2 pi sigma^2 ln(p/t). The quantile q of
-  // the pixels leaves (1 - q) n pixels to both; the ratio is largest while both are apart.
+  // Above the level t, a Gaussian of peak p has a piece of the area 2 pi sigma^2 ln(p/t). The
+  // quantile q leaves (1 - q) n pixels to both pieces; the ratio is largest while they are apart.
   double best = 0;
   for (int q = 0; q < 50; ++q) {
     const double both = (1 - q / 50.0) * width * height;
     const double mean = both / (4 * pi_value * sigma * sigma);
     const double half = std::log(1 / 0.4) / 2;
-    // Circles of both Gaussians meet where the sum of radii exceeds the distance, or leave the
+    // The circles of both Gaussians touch where their radii add up to the distance, or leave the
     // image.
     const double first = std::sqrt(2 * (mean + half)) * sigma;
     if (mean > half && first < 25) best = std::max(best, (mean - half) / (mean + half));

@@ -13,7 +13,7 @@
 
 namespace gamer {
 
-/// One image HDU to be written: planes of 4 x 2 pixels.
+/// One image HDU with planes of 4 x 2 pixels.
 struct SmallHdu {
   static constexpr int width = 4, height = 2;
 
@@ -25,7 +25,7 @@ inline std::vector<double> even(double value) {
   return std::vector<double>(static_cast<std::size_t>(SmallHdu::width) * SmallHdu::height, value);
 }
 
-/// Runs operations on small files in a folder of its own.
+/// Runs operations on small files in a temporary folder.
 class SmallFiles : public testing::Test {
  protected:
   void write(const std::string& name, const std::vector<SmallHdu>& hdus) const {
@@ -42,7 +42,8 @@ class SmallFiles : public testing::Test {
     output.finish();
   }
 
-  /// The operation's name, then options and files; words with ".fits" are in the folder.
+  /// Runs an operation: its name, then options and files. Words with ".fits" are files of the
+  /// folder.
   void run(std::vector<std::string> words) const {
     const Operation& operation = find_operation(words.front());
     words.erase(words.begin());
@@ -53,7 +54,7 @@ class SmallFiles : public testing::Test {
     EXPECT_EQ(operation.run(parse_call(operation, words)), 0);
   }
 
-  /// What is wrong, without the folder's name; "none" where it ran.
+  /// The error's message without the folder's name; "none" if the operation ran.
   std::string error(const std::vector<std::string>& words) const {
     try {
       run(words);

@@ -17,13 +17,13 @@
 
 namespace gamer {
 
-/// Runs operations given as lines of words, and reads the tables that they write. Files stand in a
-/// temporary folder.
+/// Runs operations given as lines of words, and reads their tables. Files are in a temporary
+/// folder.
 class OperationLines : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return folder_ / name; }
 
-  /// "stats --clip 3 a.fits": files stand in the folder.
+  /// Runs a line such as "stats --clip 3 a.fits", where files are in the folder.
   int run(const std::string& line) {
     std::istringstream words(line);
     std::string name;
@@ -42,7 +42,7 @@ class OperationLines : public testing::Test {
     return operation.run(call);
   }
 
-  /// The table that the operation writes.
+  /// Runs the line and reads the table that it writes.
   DataTable measure(const std::string& line) {
     std::filesystem::remove(path("table.fits"));
     run(line + " --table table.fits");

@@ -44,7 +44,7 @@ TEST(Operation, EveryDeclarationIsWhole) {
   }
 }
 
-/// The property of every number with a bounded interval: beyond it, an error that says so.
+/// For every number with a bounded interval, a value beyond it gives an error that says so.
 TEST(Operation, EveryIntervalIsKept) {
   for (const Operation& operation : operations()) {
     for (const Parameter& parameter : operation.parameters) {

@@ -49,7 +49,7 @@ TEST(PlaneInfo, EveryCardOfTheCalibrationFollows) {
   header.set("GAIN", 8.0);
   header.set("SATURATE1", 300.0);
   header.set("RDNOISE", 5.0);
-  // Twice and four times as large: GAIN, electrons of one unit, is less.
+  // Values become two and four times as large, and GAIN, the electrons of one unit, smaller.
   change_unit(header, std::vector<double>{2, 4}, "");
   const double magnitudes = 0.752574989159953;  // 2.5 log10 2
   EXPECT_FALSE(header.has("BUNIT"));
@@ -129,7 +129,7 @@ TEST(PlaneInfo, WavelengthOfTheThirdAxis) {
   header.set("WAVELEN2", 5123.0);
   EXPECT_EQ(plane_info(header, 1, 3).wavelength, 5123);
   header.remove("WAVELEN2");
-  // Neither tables nor other quantities.
+  // Neither tables nor other quantities give a wavelength.
   for (const char* type : {"WAVE-TAB", "WAVE-LOG", "FREQ", "VELO"}) {
     header.set("CTYPE3", std::string(type));
     EXPECT_FALSE(plane_info(header, 1, 3).wavelength) << type;

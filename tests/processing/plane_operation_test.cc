@@ -10,8 +10,8 @@
 namespace gamer {
 namespace {
 
-/// Two images of two planes with their variances, as gutil noise writes them: 3 and 5 with 0.5 and
-/// 0.25, then 7 and 9 with 2 and 4.
+/// Two images of two planes with their variances, as gutil noise writes them: 3 and 5 with the
+/// variances 0.5 and 0.25, then 7 and 9 with 2 and 4.
 class Variances : public SmallFiles {
  protected:
   Variances() { write("in.fits", hdus("nJy")); }
@@ -29,7 +29,7 @@ class Variances : public SmallFiles {
             {{even(2), even(4)}, cards("B_VARIANCE", squares)}};
   }
 
-  /// Compares a pixel of both planes of all HDUs.
+  /// Compares one pixel of both planes in all HDUs.
   void expect_pixels(const std::vector<std::vector<double>>& expected) const {
     const FitsInput output = file();
     ASSERT_EQ(output.hdus().size(), expected.size());
@@ -46,7 +46,7 @@ TEST_F(Variances, ScaleBySquares) {
   run({"scale", "--factor", "-3", "--offset", "1", "in.fits", "out.fits"});
   expect_pixels({{-8, -14}, {4.5, 2.25}, {-20, -26}, {18, 36}});
   EXPECT_EQ(file().hdus()[1].header.text("BUNIT"), "nJy2");
-  // One value for each plane of light.
+  // Each plane of light has its own factor.
   run({"scale", "--factor", "1,2,3,4", "in.fits", "out.fits"});
   expect_pixels({{3, 10}, {0.5, 1}, {21, 36}, {18, 64}});
   run({"scale", "--factor", "0.5", "--unit", "uJy", "in.fits", "out.fits"});
@@ -57,7 +57,7 @@ TEST_F(Variances, ScaleBySquares) {
 }
 
 TEST_F(Variances, AreNotMeasured) {
-  // Of 3, 5, 7 and 9, in 8 pixels each.
+  // The total is that of 3, 5, 7 and 9, in 8 pixels each.
   run({"normalise", "--total", "96", "in.fits", "out.fits"});
   expect_pixels({{1.5, 2.5}, {0.125, 0.0625}, {3.5, 4.5}, {0.5, 1}});
   EXPECT_FALSE(file().hdus()[1].header.has("BUNIT"));
@@ -88,7 +88,7 @@ TEST_F(Variances, OfSums) {
   expect_pixels({{0, 0}, {1, 0.5}, {0, 0}, {4, 8}});
   run({"average", "in.fits", "in.fits", "out.fits"});
   expect_pixels({{3, 5}, {0.25, 0.125}, {7, 9}, {1, 2}});
-  // A file without variances is exact.
+  // A file without variances counts as exact.
   write("one.fits", {{{even(1)}, {{"BUNIT", std::string("nJy"), ""}}}});
   run({"add", "in.fits", "one.fits", "out.fits"});
   expect_pixels({{4, 6}, {0.5, 0.25}, {8, 10}, {2, 4}});
@@ -111,7 +111,7 @@ TEST_F(Variances, AreRefusedWhereTheyDoNotFollow) {
                   "alone: \"in.fits[0]\"");
     words[words.size() - 2] = "in.fits[0]";
     EXPECT_EQ(error(words), "none");
-    // On its own it is an image as any.
+    // Alone, the variances are an image like any other.
     words[words.size() - 2] = "in.fits[1]";
     EXPECT_EQ(error(words), "none");
   }

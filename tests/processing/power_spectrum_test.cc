@@ -17,7 +17,7 @@ namespace {
 
 constexpr double pi_value = std::numbers::pi;
 
-/// A periodic Gaussian field of power k^slope.
+/// A periodic Gaussian field with power k^slope.
 std::vector<double> power_law(int side, double slope, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
@@ -65,7 +65,7 @@ TEST(PowerSpectrum, OfPeriodicFieldsHasTheirSlope) {
   }
 }
 
-/// Slopes scatter as their standard errors say.
+/// The scatter of slopes agrees with their standard errors.
 TEST(PowerSpectrum, ErrorOfTheSlope) {
   constexpr int fields = 50;
   double sum = 0, squares = 0, errors = 0;
@@ -76,13 +76,13 @@ TEST(PowerSpectrum, ErrorOfTheSlope) {
     squares += std::pow(fit.slope + 2.9, 2);
     errors += std::pow(fit.slope_error, 2);
   }
-  // Few modes at low k bias the logarithm.
+  // The logarithm is biased at low k, where modes are few.
   EXPECT_NEAR(sum / fields, -2.88, 0.02);
   EXPECT_GT(std::sqrt(errors / squares), 0.8);
   EXPECT_LT(std::sqrt(errors / squares), 1.6);
 }
 
-/// Mean slopes of cuts of 256^2 from 1024^2: leakage from the edges and what windows do to it.
+/// Mean slopes of cuts of 256^2 from 1024^2 show the leakage from edges, and the effect of windows.
 TEST(PowerSpectrum, OfCutsDependsOnTheWindow) {
   constexpr int fields = 16;
   const auto mean_slopes = [](double slope) {
@@ -117,12 +117,12 @@ MemoryPlane wave(int width, int height, int kx, int ky, double amplitude) {
   return MemoryPlane(width, height, std::move(values));
 }
 
-/// All power of a wave lies in its annulus, and is its variance: Parseval.
+/// All power of a wave lies in its annulus, and equals its variance (Parseval).
 TEST(PowerSpectrum, OfAWave) {
   struct Case {
     int width, height, kx, ky, k;
   };
-  // k counts waves per shorter side.
+  // k counts waves along the shorter side.
   for (const Case& c : {Case{64, 64, 3, 4, 5}, Case{64, 64, 0, 9, 9}, Case{65, 65, -7, 0, 7},
                         Case{128, 64, 12, 8, 10}, Case{64, 96, 6, 12, 10}}) {
     const PowerSpectrum spectrum = power_spectrum(wave(c.width, c.height, c.kx, c.ky, 2),
@@ -145,8 +145,9 @@ TEST(PowerSpectrum, OfAWave) {
 TEST(PowerSpectrum, CountsModes) {
   const PowerSpectrum spectrum =
       power_spectrum(wave(8, 8, 1, 0, 1), with_window(SpectrumWindow::none), "wave", 1);
-  // |k| of (1,0), (1,1): 1, 1.41; (2,0), (2,1): 2, 2.24; (2,2), (3,0), (3,1): 2.83, 3, 3.16; then
-  // (3,2), (4,0), (4,1): 3.61, 4, 4.12, and (3,3) at 4.24, (4,2) at 4.47. 4 and -4 are one.
+  // Values of |k| are 1 and 1.41 for (1,0), (1,1); 2 and 2.24 for (2,0), (2,1); 2.83, 3, 3.16 for
+  // (2,2), (3,0), (3,1); and 3.61, 4, 4.12, 4.24, 4.47 for (3,2), (4,0), (4,1), (3,3), (4,2). The
+  // frequencies 4 and -4 are one.
   ASSERT_EQ(spectrum.annuli.size(), 4u);
   EXPECT_EQ(spectrum.annuli[0].modes, 8);
   EXPECT_EQ(spectrum.annuli[1].modes, 4 + 8);
@@ -168,7 +169,7 @@ TEST(PowerSpectrum, OfWhiteNoiseIsItsVariance) {
       power += annulus.power * static_cast<double>(annulus.modes);
       modes += static_cast<double>(annulus.modes);
     }
-    // 2e5 modes of scatter 1, fewer by the window's 1.5 or so: 0.003.
+    // 2e5 modes of scatter 1, divided by about 1.5 for the window, have a mean error of 0.003.
     EXPECT_NEAR(power / modes, 0.25, 0.25 * 0.01);
     EXPECT_LT(std::fabs(spectrum.fit.slope), 3 * spectrum.fit.slope_error);
   }
@@ -183,7 +184,7 @@ TEST(PowerSpectrum, OfWhiteNoiseIsItsVariance) {
 }
 
 TEST(PowerSpectrum, DividesByThePsf) {
-  // A field seen through a Gaussian of FWHM 3 pixels: power times exp(-(2 pi sigma f)^2).
+  // The field is seen through a Gaussian of FWHM 3 pixels: power times exp(-(2 pi sigma f)^2).
   const std::vector<double> field = power_law(512, -2.9, 9);
   SpectrumOptions options = with_window(SpectrumWindow::none);
   const PowerSpectrum plain = power_spectrum(MemoryPlane(512, 512, field), options, "field", 1);
@@ -199,7 +200,7 @@ TEST(PowerSpectrum, DividesByThePsf) {
 }
 
 TEST(PowerSpectrum, OfOpticalDepths) {
-  // v = 1 - exp(-tau), tau log-normal.
+  // v = 1 - exp(-tau), with log-normal tau.
   std::vector<double> values = power_law(512, -2.9, 4);
   double squares = 0;
   for (const double value : values) squares += value * value;
@@ -231,7 +232,8 @@ TEST(PowerSpectrum, OfExponentialsHasTheirSkewness) {
   for (double& value : values) value = exponential(random);
   const PowerSpectrum spectrum =
       power_spectrum(MemoryPlane(1000, 1000, values), SpectrumOptions(), "values", 1);
-  // Skewness 2; the logarithm is Gumbel's: sigma pi/sqrt 6, skewness -1.1395.
+  // An exponential has the skewness 2; its logarithm is Gumbel's, with sigma pi/sqrt 6 and skewness
+  // -1.1395.
   EXPECT_NEAR(spectrum.skewness, 2, 0.03);
   EXPECT_NEAR(spectrum.log_sigma, pi_value / std::sqrt(6), 0.005);
   EXPECT_NEAR(spectrum.log_skewness, -1.1395, 0.02);

@@ -25,10 +25,10 @@ Psf airy(double fwhm, double obscuration) {
   return Psf(model);
 }
 
-/// Units of lambda/D.
+/// An Airy pattern in units of lambda/D.
 Psf airy(double obscuration) { return airy(airy_fwhm(obscuration), obscuration); }
 
-/// Every model, at a width that has its core and wings on a small stamp.
+/// Every model, with a width for which a small stamp has core and wings.
 std::vector<Psf> models(double fwhm) {
   return {Psf({PsfKind::gaussian, fwhm}),
           moffat(fwhm, 2.5),
@@ -44,7 +44,7 @@ TEST(PsfModels, HalfOfThePeakAtHalfTheWidth) {
   }
 }
 
-/// The flux within a radius is the integral of the density, by Simpson's rule.
+/// The flux within a radius is the integral of the density (Simpson's rule).
 TEST(PsfModels, EnergyIsTheIntegralOfTheDensity) {
   for (const Psf& psf : models(2)) {
     constexpr int step_count = 4000;
@@ -61,7 +61,7 @@ TEST(PsfModels, EnergyIsTheIntegralOfTheDensity) {
   }
 }
 
-/// Half of the flux lies within a radius that is `radius` up to an error.
+/// Expects half of the flux within `radius`, to this error.
 void expect_half_light(const Psf& psf, double radius, double error) {
   EXPECT_LT(psf.encircled_energy(radius - error), 0.5);
   EXPECT_GT(psf.encircled_energy(radius + error), 0.5);
@@ -77,7 +77,7 @@ TEST(PsfModels, Gaussian) {
 
 TEST(PsfModels, Moffat) {
   struct Row {
-    double beta, alpha, half_light, energy;  // per FWHM; within 3 FWHM
+    double beta, alpha, half_light, energy;  // widths in FWHM; energy within 3 FWHM
   };
   for (const Row& row :
        {Row{2.5, .884564, .677948, .97738}, Row{3, .980730, .631192, .99068},
@@ -88,7 +88,7 @@ TEST(PsfModels, Moffat) {
     EXPECT_NEAR(psf.density(0), (row.beta - 1) / (pi * row.alpha * row.alpha), 2e-6);
     EXPECT_NEAR(psf.density(row.alpha) / psf.density(0), std::pow(2, -row.beta), 1e-6);
   }
-  // 1 % beyond 4.0 FWHM.
+  // 1 % of the flux lies beyond 4.0 FWHM.
   EXPECT_NEAR(1 - moffat(1, 2.5).encircled_energy(4.0), 0.01, 2e-4);
 }
 
@@ -118,7 +118,8 @@ TEST(PsfModels, Kolmogorov) {
   EXPECT_NEAR(psf.density(1) / psf.density(0), .0891, 5e-5);
   EXPECT_NEAR(psf.density(2) / psf.density(0), 3.83e-3, 5e-6);
   EXPECT_NEAR(psf.density(3) / psf.density(0), 6.95e-4, 5e-7);
-  // From 40000 Gauss-Legendre nodes in frequency with SciPy, out to the tail's series.
+  // The values are from 40000 Gauss-Legendre nodes in frequency with SciPy, and from the tail's
+  // series.
   struct Row {
     double radius, density, energy;
   };
@@ -131,8 +132,8 @@ TEST(PsfModels, Kolmogorov) {
   }
 }
 
-/// FWHM = 0.97586 lambda/r0, by the optical transfer function that the density gives back:
-/// int 2 pi r I J0(2 pi f r) dr = exp(-3.4419 f^(5/3)).
+/// FWHM = 0.97586 lambda/r0. The density must give the optical transfer function: int 2 pi r I J0(2
+/// pi f r) dr = exp(-3.4419 f^(5/3)).
 TEST(PsfModels, KolmogorovTransferFunction) {
   const Psf psf({PsfKind::kolmogorov, 0.97586});
   const double f = 0.3;
@@ -159,7 +160,8 @@ TEST(PsfModels, OutsideTheirIntervals) {
   EXPECT_THROW(Psf{model}, std::invalid_argument);
 }
 
-/// Integrals over pixels by 8 x 8 subpixels of 24 x 24 Gauss-Legendre nodes, with NumPy.
+/// Expected values are integrals over pixels with 8 x 8 subpixels of 24 x 24 Gauss-Legendre nodes,
+/// by NumPy.
 TEST(Stamps, PixelsAreIntegrals) {
   struct Pixel {
     int x, y;
@@ -200,8 +202,8 @@ TEST(Stamps, PixelsAreIntegrals) {
   }
 }
 
-/// The error function and quadrature agree, for a Gaussian along the axes and one turned by less
-/// than any pixel could tell.
+/// For a Gaussian along the axes, the error function agrees with the quadrature that is used for a
+/// Gaussian turned by a negligible angle.
 TEST(Stamps, GaussianByErrorFunction) {
   for (const double fwhm : {0.15, 0.8, 3.0}) {
     for (const double angle : {0.0, 90.0, -90.0, 180.0}) {
@@ -219,7 +221,7 @@ TEST(Stamps, GaussianByErrorFunction) {
   }
 }
 
-/// Narrow PSFs are found by the quadrature: all of their flux is there.
+/// The quadrature finds all flux of narrow PSFs.
 TEST(Stamps, NarrowCores) {
   StampOptions options;
   options.size = 501;
@@ -232,7 +234,7 @@ TEST(Stamps, NarrowCores) {
   }
 }
 
-/// Widths and angle of a stamp that is not round, from its second moments.
+/// Widths and angle of an elliptical stamp follow from its second moments.
 TEST(Stamps, Ellipse) {
   const double fwhm = 9, ratio = 0.6, angle = 25;
   StampOptions options;
@@ -250,7 +252,7 @@ TEST(Stamps, Ellipse) {
   const double mean = (xx + yy) / 2, half = std::hypot((xx - yy) / 2, xy);
   EXPECT_NEAR(mean + half - pixel, sigma2 / ratio, 1e-7);
   EXPECT_NEAR(mean - half - pixel, sigma2 * ratio, 1e-7);
-  // From +y towards -x.
+  // The angle counts from +y towards -x.
   EXPECT_NEAR(0.5 * std::atan2(-2 * xy, yy - xx) * 180 / pi, angle, 1e-7);
 }
 
@@ -261,7 +263,7 @@ TEST(Stamps, SumIsOneOrTheFluxThatTheyHold) {
     EXPECT_NEAR(make_stamp(psf, options).sum(), 1, 1e-14);
     options.keep_missing_flux = true;
     const double sum = make_stamp(psf, options).sum();
-    // Between the inscribed circle and the one around.
+    // The sum lies between the fluxes within the inscribed and the circumscribed circle.
     EXPECT_GT(sum, psf.encircled_energy(16.5) - 1e-12);
     EXPECT_LT(sum, psf.encircled_energy(16.5 * std::numbers::sqrt2) + 1e-12);
   }

@@ -23,7 +23,7 @@ PlanePtr row_plane(const std::vector<double>& values) {
   return std::make_shared<MemoryPlane>(static_cast<int>(values.size()), 1, values);
 }
 
-/// Every input pixel, also at the edges, in every grid.
+/// The flux of every input pixel is kept, even at the edges, in every grid.
 TEST(Resample, KeepsTheFluxOfEveryPixel) {
   for (const Kernel kernel : exact) {
     for (const double factor : {0.07, 0.3, 0.5, 0.83, 1.0, 1.1, 2.0, 3.7}) {
@@ -56,7 +56,7 @@ TEST(Resample, EvenImagesStayEven) {
       for (int y = 0; y < grid.height; ++y) {
         for (int x = 0; x < grid.width; ++x) {
           ASSERT_NEAR(mean.at(x, y), 2, 5e-14);
-          // The outermost pixels hold what lies within the image.
+          // The outermost pixels hold the light of their part within the image.
           const auto length = [](int i, double first, double step, int size) {
             return std::min(first + (i + 1) * step, static_cast<double>(size)) -
                    std::max(first + i * step, 0.0);
@@ -101,7 +101,7 @@ TEST(Resample, AreaIsTheOverlap) {
       EXPECT_NEAR(image.at(x, y), sum, 1e-14);
     }
   }
-  // Two by two pixels to one is what bin() does.
+  // Merging two by two pixels equals bin().
   const PlanePtr even = noise_plane(20, 14);
   EXPECT_LT(difference(evaluate(*resample(even, grid_of_factor(20, 14, 0.5), Kernel::area,
                                           PixelValues::flux)),
@@ -115,7 +115,7 @@ double mean_wave(double f, double a, double b) {
   return (std::sin(turn * b) - std::sin(turn * a)) / (turn * (b - a));
 }
 
-/// The largest error, away from the edges, of a wave of `cycles` per larger pixel.
+/// The largest error, away from the edges, of a wave with `cycles` cycles per larger pixel.
 double wave_error(Kernel kernel, int from, int to, double cycles, bool is_unseen = false) {
   const double step = static_cast<double>(from) / to, f = cycles / std::max(1.0, step);
   std::vector<double> values;
@@ -130,7 +130,7 @@ double wave_error(Kernel kernel, int from, int to, double cycles, bool is_unseen
   return worst;
 }
 
-/// Waves are known over any pixel. Bounds for 600 pixels to 780, 600 and 170.
+/// The mean of a wave over a pixel is known. Bounds are for 600 pixels to 780, 600 and 170.
 TEST(Resample, WavesAreTheirMeansOverPixels) {
   struct Case {
     Kernel kernel;
@@ -157,7 +157,7 @@ TEST(Resample, WavesAreTheirMeansOverPixels) {
   }
 }
 
-/// What the larger pixels cannot show is gone, not seen as something else.
+/// Waves that the larger pixels cannot show vanish, and do not appear as other waves.
 TEST(Resample, NothingAliases) {
   for (const double cycles : {0.75, 0.9, 1.1, 1.4}) {
     EXPECT_LT(wave_error(Kernel::lanczos3, 600, 170, cycles, true), 0.01) << cycles;
@@ -194,7 +194,7 @@ TEST(Resample, Grids) {
   EXPECT_THROW(grid_of_factor(1, 1, nan_value), std::invalid_argument);
   EXPECT_THROW(grid_of_factor(1000, 1, 1e9), std::invalid_argument);
   EXPECT_THROW(grid_of_size(4, 4, 0, 1), std::invalid_argument);
-  // One pixel, from and to.
+  // An image of one pixel is enlarged, and an image is reduced to one pixel.
   for (const std::string& name : kernel_names()) {
     const Kernel kernel = kernel_of(name);
     const Image many =
@@ -206,7 +206,7 @@ TEST(Resample, Grids) {
   }
 }
 
-/// A row of holes: missing where they weigh a quarter, and nothing beyond the kernel's reach.
+/// Pixels are missing where a hole weighs a quarter, and unaffected beyond the kernel's reach.
 TEST(Resample, MissingPixels) {
   const PlanePtr holed = make_plane(
       60, 45, [](int x, int y) { return x == 30 && y == 20 ? nan_value : 1 + 0.1 * x + 0.05 * y; });

@@ -29,13 +29,13 @@ double unit_random(std::mt19937_64& random) {
 
 // ---- Lupton ------------------------------------------------------------------------------------
 
-/// The colour of one pixel, as whole rows get it.
+/// The colour of one pixel, computed as rows are.
 Rgb colour_of(const ColourOf& colour, Rgb rgb) {
   colour({&rgb[0], &rgb[1], &rgb[2]}, 1);
   return rgb;
 }
 
-/// The formula of LuptonTone.
+/// The formula that LuptonTone documents.
 Rgb lupton(const LuptonTone& tone, const Rgb& rgb) {
   Rgb colour;
   for (std::size_t c = 0; c < 3; ++c) colour[c] = tone.scale[c] * (rgb[c] - tone.minimum[c]);
@@ -52,7 +52,7 @@ TEST(LuptonTone, KnownBytes) {
   LuptonTone tone;
   tone.stretch = 0.5;
   EXPECT_EQ(bytes_of(colour_of(tone, {0.2, 0.1, 0.05})), (std::array{82, 41, 20}));
-  // The paper's F(I)/I = 1.481106, times Q 0.1/asinh(0.1 Q).
+  // F(I)/I = 1.481106 is the paper's value, times Q 0.1/asinh(0.1 Q).
   EXPECT_NEAR(colour_of(tone, {0.2, 0.1, 0.05})[0], 0.2 * 1.481106 * 0.8 / std::asinh(0.8), 1e-6);
 }
 
@@ -99,7 +99,7 @@ TEST(LuptonTone, BytesOfAstropy) {
   tone.stretch = 0.5;
   for (const Case& known : cases) {
     std::array<int, 3> expected = known.bytes;
-    // Astropy's saturated 255 is x * 255 / x, cut off.
+    // Astropy computes a saturated 255 as x * 255/x, truncated.
     std::replace(expected.begin(), expected.end(), 254, 255);
     EXPECT_EQ(bytes_of(colour_of(tone, known.rgb)), expected);
   }
@@ -135,7 +135,7 @@ TEST(LuptonTone, Rises) {
   EXPECT_EQ(last[0], 1);
 }
 
-// A disk with a nucleus on a sky, three colours.
+// A disk with a nucleus on a sky, in three colours.
 std::vector<PlanePtr> galaxy(int size) {
   std::vector<PlanePtr> planes;
   for (int c = 0; c < 3; ++c) {
@@ -165,7 +165,7 @@ TEST(ChooseLupton, IsTheAutomaticPicture) {
   int compared = 0;
   for (int i = 0; i < 96 * 96; ++i) {
     const Rgb rgb = {values[0][i], values[1][i], values[2][i]};
-    // Where nothing is below black, which the automatic picture cuts.
+    // The automatic picture cuts pixels below black, which are left out here.
     if (rgb[0] < tone.minimum[0] || rgb[1] < tone.minimum[1] || rgb[2] < tone.minimum[2]) continue;
     const Rgb a = colour_of(tone, rgb), b = automatic.colour(rgb);
     for (int c = 0; c < 3; ++c) ASSERT_NEAR(a[c], b[c], 4e-15);
@@ -212,7 +212,7 @@ TEST(ChooseLupton, NothingToSeeIsBlack) {
 
 // ---- STIFF, plain ------------------------------------------------------------------------------
 
-/// The manual's recipe with colour differences against the two other channels.
+/// The recipe of the manual, with differences from the two other channels.
 Rgb stiff_recipe(const Rgb& x, double gamma, double luminance_gamma, double saturation) {
   const double y = (std::max(x[0], 0.0) + std::max(x[1], 0.0) + std::max(x[2], 0.0)) / 3;
   const double most = std::pow(y, 1 - 1 / luminance_gamma);
@@ -283,7 +283,7 @@ PictureFileOptions options_for(const std::filesystem::path& path, int bits) {
   return options;
 }
 
-/// Three planes of values i/(count - 1), the first from 0.
+/// Three planes of values i/(count - 1), the first of which begins at 0.
 std::vector<PlanePtr> ramps(int width, int height) {
   std::vector<PlanePtr> planes;
   for (int c = 0; c < 3; ++c) {

@@ -20,7 +20,8 @@ constexpr double nan_value = std::numeric_limits<double>::quiet_NaN(),
 const std::vector<Kernel> kernels = {Kernel::nearest, Kernel::bilinear, Kernel::bicubic,
                                      Kernel::lanczos3, Kernel::lanczos5};
 
-/// A bulge and a disk as a camera shows them: nothing sharper than sigma = 1.6 pixels, FWHM 3.8.
+/// A bulge and a disk as a camera sees them, with no feature sharper than sigma = 1.6 pixels, FWHM
+/// 3.8.
 std::vector<Gaussian> galaxy() {
   return {{61.3, 57.2, 1.6, 1.6, 0, 10}, {61.3, 57.2, 9, 4, 35, 1}, {50.7, 70.1, 2.2, 1.7, 120, 2}};
 }
@@ -29,7 +30,7 @@ TEST(Rotate, KeepsFlux) {
   const PlanePtr source = make_plane(131, 121, galaxy());
   const double flux = moments_of(evaluate(*source)).sum;
   std::map<Kernel, double> worst;
-  // Also the angles where the grids share points, 26.57 and 36.87 degrees.
+  // At 26.57 and 36.87 degrees the grids share points.
   std::vector<double> angles = {0.01, 1, 45, 89.5, 26.565051177077990, 36.869897645844021};
   for (double angle = -178; angle < 180; angle += 13.7) angles.push_back(angle);
   for (const Kernel kernel : kernels) {
@@ -66,7 +67,7 @@ TEST(Rotate, MultiplesOfARightAngleCopyPixels) {
   EXPECT_EQ(difference(evaluate(*plane), evaluate(*source)), 0);
 }
 
-/// Turned and turned back: errors relative to the peak.
+/// An image is turned and turned back; errors are relative to the peak.
 TEST(Rotate, ThereAndBack) {
   const PlanePtr source = make_plane(121, 121, {{66.3, 55.2, 2, 2, 0, 1}});
   const Image old = evaluate(*source);
@@ -123,7 +124,7 @@ TEST(Rotate, EqualsTheTurnedGaussian) {
                                std::hypot(after.centroid.x - place.x, after.centroid.y - place.y));
         worst.angle =
             std::max(worst.angle, std::abs(std::remainder(after.angle() - turned.angle, 180)));
-        // The kernel of linear interpolation has a variance of its own, 1/6 along an axis.
+        // The kernel of linear interpolation adds a variance of 1/6 along each axis.
         const double kernel_size = bound.kernel == Kernel::bilinear ? 2.0 / 6 : 0;
         worst.size = std::max(worst.size,
                               std::abs(after.xx + after.yy - before.xx - before.yy - kernel_size));
@@ -138,7 +139,7 @@ TEST(Rotate, EqualsTheTurnedGaussian) {
   }
 }
 
-/// The tables against the weights themselves.
+/// Tables of kernels agree with the kernels.
 TEST(Rotate, KernelTables) {
   const PlanePtr source = noise_plane(60, 50);
   const Image old = evaluate(*source);
@@ -174,7 +175,7 @@ TEST(Rotate, EvenImagesStayEven) {
   for (const Kernel kernel : kernels) {
     const Image image = evaluate(*rotate(source, {31, kernel, false, 0}));
     for (int x = 15; x < 35; ++x) EXPECT_NEAR(image.at(x, 20), 3, 1e-14);
-    // The outside counts as what the image is filled with.
+    // Pixels outside count as the filled value.
     const Image filled = evaluate(*rotate(source, {31, kernel, true, 3}));
     EXPECT_LT(difference(filled, evaluate(*make_plane(filled.width(), filled.height(),
                                                       [](int, int) { return 3.0; }))),
@@ -198,7 +199,7 @@ TEST(Rotate, Canvas) {
       ++present;
     }
   }
-  // The frame narrows by up to half a pixel on every side.
+  // The frame shrinks by up to half a pixel on each side.
   EXPECT_LE(present, 60 * 30);
   EXPECT_GE(present, 59 * 29);
   const Image one = evaluate(
@@ -206,7 +207,7 @@ TEST(Rotate, Canvas) {
   EXPECT_NEAR(one.at(0, 0), 4, 1e-15);
 }
 
-/// The value of a pixel does not depend on the part that is asked for, bit for bit.
+/// A pixel has equal bits whatever part of the image is computed.
 TEST(Rotate, PartsAreTheWhole) {
   const PlanePtr plane = rotate(noise_plane(300, 290), {71, Kernel::bicubic, false, 0});
   const Image whole = evaluate(*plane, 3);
@@ -223,7 +224,7 @@ TEST(Rotate, PartsAreTheWhole) {
   }
 }
 
-/// No missing pixel vanishes, none spreads beyond the kernel, and what is left is right.
+/// Missing pixels neither vanish nor spread beyond the kernel, and other pixels are right.
 TEST(Rotate, MissingPixels) {
   const Gaussian light = {40, 40, 12, 12, 0, 1};
   for (const Kernel kernel : kernels) {
@@ -250,7 +251,7 @@ TEST(Rotate, MissingPixels) {
           }
         }
       }
-      // The nearest pixel alone may miss one.
+      // The kernel of the nearest pixel may skip one missing pixel.
       EXPECT_GE(missing, kernel == Kernel::nearest ? 0 : 1);
       EXPECT_LE(missing, 5);
     }

@@ -17,7 +17,7 @@ namespace {
 constexpr double pi_value = std::numbers::pi;
 
 /// A disk of scale length h with logarithmic arms, seen at an inclination. Its light is exp(-r/h)
-/// times `profile` of the azimuth from the crest of an arm.
+/// times `profile` of the azimuth from an arm's crest.
 struct SpiralGalaxy {
   int arms = 2;
   double pitch = 15;       ///< deg, positive where arms turn counter-clockwise outwards
@@ -57,8 +57,9 @@ PolarGrid grid_of(double inner, double outer, int columns = 720) {
   return grid;
 }
 
-/// Light 1 + 0.5 cos(m theta): the amplitude |A| is a quarter, and the arms have 2.5 log10(1.5/0.5)
-/// = 1.193 mag. Half of the light above the minimum is within half of the arms' distance.
+/// The light is 1 + 0.5 cos(m theta), with the amplitude |A| = 1/4 and the contrast 2.5
+/// log10(1.5/0.5) = 1.193 mag. Half of the light above the minimum is within half of the arms'
+/// distance.
 TEST(SpiralFit, CosineArmsOfKnownPitch) {
   for (const double inclination : {0, 45}) {
     for (const int arms : {2, 3, 4}) {
@@ -77,7 +78,7 @@ TEST(SpiralFit, CosineArmsOfKnownPitch) {
         EXPECT_EQ(fit.strongest.arms, arms);
         EXPECT_NEAR(fit.strongest.pitch / degree, pitch, 0.002);
         EXPECT_LT(fit.strongest.error / degree, 9e-4);
-        // Pixels blur arms by the square of the pixels' number of waves across them.
+        // Pixels blur arms in proportion to the square of the number of waves per pixel.
         const double waves = arms / std::sin(std::fabs(pitch) * degree);
         const double blur = waves * waves * (inclination > 0 ? 1.3e-4 : 8e-5);
         EXPECT_NEAR(fit.strongest.amplitude, 0.25, blur / 15);
@@ -101,8 +102,8 @@ TEST(SpiralFit, CosineArmsOfKnownPitch) {
   }
 }
 
-/// Narrow arms: a Gaussian of sigma 0.12 rad has the FWHM 0.2826 rad; with 1 between and 2 above it
-/// the contrast is 2.5 log10(3).
+/// Narrow arms, with a Gaussian of sigma 0.12 rad, have the FWHM 0.2826 rad. The light is 1 between
+/// arms and 3 on their crests, so that the contrast is 2.5 log10(3).
 TEST(SpiralFit, GaussianArms) {
   SpiralGalaxy galaxy;
   galaxy.pitch = 18;
@@ -120,7 +121,7 @@ TEST(SpiralFit, GaussianArms) {
   }
 }
 
-/// The fit and its map do not need the half of the image that is missing.
+/// The fit and its map work without the missing half of the image.
 TEST(SpiralFit, MissingPixels) {
   SpiralGalaxy galaxy;
   Image image = galaxy.image([&](double theta) { return 1 + 0.5 * std::cos(2 * theta); });
@@ -143,7 +144,7 @@ TEST(SpiralFit, MissingPixels) {
   }
 }
 
-/// The brightness 1000 + 3 x + 7 y, which bilinear samples follow exactly.
+/// Bilinear samples follow the brightness 1000 + 3 x + 7 y exactly.
 TEST(PolarMap, FollowsALinearImage) {
   Image image(101, 101, 1);
   for (int y = 0; y < 101; ++y) {

@@ -19,7 +19,7 @@ PlanePtr row(std::vector<double> values) {
   return std::make_shared<MemoryPlane>(count, 1, std::move(values));
 }
 
-/// Pixels that are made where they are asked for, so that large planes cost no memory.
+/// A plane whose pixels are computed when they are read, so that large planes need no memory.
 class FormulaPlane final : public Plane {
  public:
   FormulaPlane(int width, int height, std::function<double(int x, int y)> formula)
@@ -34,7 +34,7 @@ class FormulaPlane final : public Plane {
   std::function<double(int x, int y)> formula_;
 };
 
-/// 3e-320 ... 1e300 of both signs, zeros, infinities and NaN.
+/// Values from 3e-320 to 1e300 of both signs, zeros, infinities and NaN.
 std::vector<double> mixed_values(int count, unsigned seed) {
   std::mt19937_64 random(seed);
   std::uniform_real_distribution<double> exponent(-320, 300);
@@ -57,7 +57,7 @@ std::vector<double> sorted(std::vector<double> values) {
   return values;
 }
 
-/// The definition.
+/// The definition of a quantile by sorted values.
 double sorted_quantile(const std::vector<double>& values, double q) {
   const double place = q * static_cast<double>(values.size() - 1);
   const auto low = static_cast<std::size_t>(place);
@@ -66,7 +66,8 @@ double sorted_quantile(const std::vector<double>& values, double q) {
 }
 
 TEST(Statistics, OfFewNumbers) {
-  // np.array([3, -1, nan, 7, inf, -1, 7, -inf]): mean 3, std 3.5777087639996634.
+  // NumPy gives for [3, -1, nan, 7, inf, -1, 7, -inf] the mean 3 and the standard deviation
+  // 3.5777087639996634.
   const Statistics result = statistics(
       MemoryPlane(4, 2, {3, -1, nan_value, 7, positive_infinity, -1, 7, -positive_infinity}), 1);
   EXPECT_EQ(result.count, 5);
@@ -109,7 +110,7 @@ TEST(Statistics, OnePixelAndEqualPixels) {
   EXPECT_EQ(one.sum, -2.5);
   EXPECT_EQ(one.sigma, 0);
   EXPECT_EQ(median(*row({-2.5}), 1), -2.5);
-  // 0.1 is no binary number: a mean that is off by a rounding would give a sigma of 1e-17.
+  // Since 0.1 is no binary number, a rounding of the mean would give a sigma of 1e-17.
   const Statistics equal = statistics(MemoryPlane(300, 300, std::vector<double>(90000, 0.1)), 1);
   EXPECT_EQ(equal.mean, 0.1);
   EXPECT_EQ(equal.sigma, 0);
@@ -117,13 +118,13 @@ TEST(Statistics, OnePixelAndEqualPixels) {
 }
 
 TEST(Statistics, SumsLoseNothing) {
-  // Terms that cancel to 2^-52 of the largest, and a mean far above sigma.
+  // The sum's terms cancel to 2^-52 of the largest; then the mean is far above sigma.
   EXPECT_EQ(statistics(*row({1e16, 1, -1e16, 1}), 1).sum, 2);
   const FormulaPlane offset(20000, 1000, [](int x, int) { return 1e9 + (x % 2 == 0 ? 1 : -1); });
   const Statistics result = statistics(offset, 2);
   EXPECT_EQ(result.sum, 2e16);
   EXPECT_EQ(result.sigma, 1);
-  // 4e7 times the double nearest to 0.1; term by term the sum would be wrong by 1e-10.
+  // The sum is 4e7 times the double nearest to 0.1; a plain sum would err by 1e-10.
   const FormulaPlane tenths(20000, 2000, [](int, int) { return 0.1; });
   EXPECT_NEAR(statistics(tenths, 2).sum / 4e6, 1, 3e-16);
 }
@@ -161,7 +162,8 @@ TEST(Quantiles, AreThoseOfSortedValues) {
 
 TEST(Quantiles, ZeroHasNoSign) { EXPECT_FALSE(std::signbit(median(*row({-0.0, -0.0}), 1))); }
 
-/// Large planes, whose values are not held: radix selection, with all four digits, ties and floats.
+/// Quantiles of large planes use radix selection; the cases need all four digits, and have ties and
+/// floats.
 TEST(Quantiles, OfLargePlanes) {
   constexpr int image_width = 2500, image_height = 1800;
   const std::vector<double> fractions = {0, 0.01, 0.3, 0.5, 0.75, 0.99999, 1};
@@ -173,7 +175,7 @@ TEST(Quantiles, OfLargePlanes) {
   };
   const std::vector<std::function<double(int, int)>> formulae = {
       [&](int x, int y) { return hash(x, y) < 0.001 ? nan_value : std::log(hash(x, y)); },
-      // The first three digits are the same everywhere.
+      // The first three digits are equal in all pixels.
       [&](int x, int y) { return 1 + std::floor(60000 * hash(x, y)) * 0x1p-52; },
       [&](int x, int y) { return -static_cast<double>(static_cast<float>(hash(x, y))); },
       [&](int x, int y) { return std::floor(5 * hash(x, y)) - 2; }, [](int, int) { return -0.1; }};
@@ -195,19 +197,19 @@ TEST(Quantiles, RefuseOtherFractions) {
 }
 
 TEST(Background, OfNoiseWithSources) {
-  // Noise of sigma 2 about 10; 2 % of the pixels are sources.
+  // Noise has sigma 2 about 10, and 2 % of the pixels are sources.
   std::mt19937_64 random(3);
   std::normal_distribution<double> noise(10, 2);
   std::vector<double> values(1000 * 1000);
   for (double& value : values) value = noise(random);
   const MemoryPlane empty(1000, 1000, values);
-  // The standard error of MAD sigma is 1.17 sigma/sqrt(n); twice that.
+  // The tolerance is twice the standard error of the MAD sigma, 1.17 sigma/sqrt(n).
   EXPECT_NEAR(mad_sigma(empty, median(empty, 2), 2), 2, 2 * 1.17 * 2e-3);
   for (std::size_t i = 0; i < values.size(); i += 50) values[i] = 500;
   const MemoryPlane crowded(1000, 1000, values);
   const Background background = clipped_background(crowded, 3, 2);
   EXPECT_NEAR(background.level, 10, 4e-3);
-  // A normal distribution cut at 3 sigma again and again has sigma 0.98.
+  // A normal distribution clipped repeatedly at 3 sigma has sigma 0.98.
   EXPECT_NEAR(background.sigma, 2 * 0.98, 0.02);
   EXPECT_NEAR(static_cast<double>(background.count), 980000 * 0.9965, 1500);
   EXPECT_THROW(clipped_background(crowded, 0, 1), std::invalid_argument);

@@ -10,7 +10,7 @@
 
 namespace gamer {
 
-/// An elliptical Gaussian; positions count from 0, the long axis turned from +x towards +y.
+/// An elliptical Gaussian. Positions count from 0; the long axis is turned from +x towards +y.
 struct Gaussian {
   double x = 0, y = 0;
   double sigma_long = 1, sigma_short = 1;
@@ -43,7 +43,7 @@ inline PlanePtr make_plane(int width, int height, const std::vector<Gaussian>& s
   });
 }
 
-/// Numbers without any order, in [0, 1[.
+/// A plane of numbers in [0, 1[ without any order.
 inline PlanePtr noise_plane(int width, int height) {
   unsigned state = 12345;
   return make_plane(width, height, [&](int, int) {
@@ -52,13 +52,13 @@ inline PlanePtr noise_plane(int width, int height) {
   });
 }
 
-/// Sum, centroid (FITS pixels) and second moments about it.
+/// The sum, the centroid (FITS pixels), and the second moments about the centroid.
 struct Moments {
   double sum = 0;
   PixelPosition centroid;
   double xx = 0, xy = 0, yy = 0;
 
-  /// Position angle of the long axis, deg, in ]-90, 90].
+  /// The position angle of the long axis in degrees, in ]-90, 90].
   double angle() const { return 0.5 * std::atan2(2 * xy, xx - yy) * 180 / std::numbers::pi; }
 };
 
@@ -85,7 +85,7 @@ inline Moments moments_of(const Image& image, int plane = 0) {
   return m;
 }
 
-/// The largest difference; infinite where one alone is NaN.
+/// The largest difference; infinite where only one value is NaN.
 inline double difference(const Image& a, const Image& b) {
   if (a.width() != b.width() || a.height() != b.height()) return INFINITY;
   double most = 0;

@@ -21,7 +21,7 @@ namespace {
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
 constexpr int image_width = 40, image_height = 30;
 
-/// A spot of light on a ramp, brighter from plane to plane.
+/// A spot of light on a ramp, brighter in each further plane.
 std::vector<double> spot(int plane, int width = image_width, int height = image_height) {
   std::vector<double> values;
   for (int y = 0; y < height; ++y) {
@@ -91,7 +91,7 @@ class ToneOperations : public testing::Test {
 
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
 
-  /// Runs "name options files", files being those that end in .fits, .png or .bmp.
+  /// Runs "name options files"; files end in .fits, .png or .bmp.
   void run(const std::string& line) {
     std::vector<std::string> words;
     std::size_t first = 0;
@@ -185,7 +185,7 @@ TEST_F(ToneOperations, NormaliseToMagnitudes) {
     EXPECT_NEAR(32.4 + plane - 2.5 * std::log10(sum(after.planes[plane])), 20 + plane, 1e-12);
   }
   EXPECT_EQ(*after.header.text("BUNIT"), "nJy");
-  // V/B stays 2: the other planes follow the reference.
+  // V/B stays 2, since all planes are scaled with the reference.
   run("normalise --magnitude 20 --reference 1 in.fits out.fits --overwrite");
   const Fits file = read_fits(path("out.fits"));
   EXPECT_NEAR(32.4 - 2.5 * std::log10(sum(file.planes[0])), 20, 1e-12);
@@ -305,7 +305,7 @@ TEST_F(ToneOperations, StretchBetweenLimits) {
 
 // ---- rgb ---------------------------------------------------------------------------------------
 
-/// Bytes at FITS pixel (x + 1, y + 1).
+/// The bytes at the FITS pixel (x + 1, y + 1).
 std::array<int, 3> pixel(const ReadPng& picture, int x, int y) {
   const int row = picture.height - 1 - y;
   return {picture.at(x, row, 0), picture.at(x, row, 1), picture.at(x, row, 2)};
@@ -396,7 +396,7 @@ TEST_F(ToneOperations, TopRowAndMissingPixel) {
   run("rgb in.fits out.bmp");
   run("rgb in.fits out.png --bits 8");
   const ReadPng picture = read_png(path("out.png"));
-  // The spot is at (12, 20), from the lower left.
+  // The spot is at (12, 20), counted from the lower left.
   int brightest = 0, place = 0;
   for (int i = 0; i < image_width * image_height; ++i) {
     const int light = picture.values[3 * i] + picture.values[3 * i + 1] + picture.values[3 * i + 2];

@@ -67,7 +67,7 @@ TEST(Normalise, PlanesTogetherWhateverTheirSize) {
   EXPECT_DOUBLE_EQ(tone_to_peak(planes, 60, 2).factor, 2);
   EXPECT_DOUBLE_EQ(tone_to_mean(planes, 110.0 / 13, 2).factor, 1);
   EXPECT_EQ(positive_maximum(planes, 1), 30);
-  // Sorted: 1 2 3 4 5 5 6 7 8 9 10 20 30.
+  // The sorted values are 1 2 3 4 5 5 6 7 8 9 10 20 30.
   const Limits limits = quantile_limits(planes, 0.25, 11.0 / 12, 1);
   EXPECT_DOUBLE_EQ(limits.low, 4);
   EXPECT_DOUBLE_EQ(limits.high, 20);
@@ -138,7 +138,7 @@ TEST(GammaTone, ThereAndBack) {
 std::vector<double> stretch(Stretch::Function function, double softening, bool clip,
                             std::vector<double> values) {
   const int width = static_cast<int>(values.size());
-  // Limits 10 and 30.
+  // The limits are 10 and 30.
   for (double& value : values) value = 10 + 20 * value;
   return values_of(*stretched(plane(width, values), {function, softening, {10, 30}, clip}));
 }
@@ -150,11 +150,11 @@ TEST(Stretch, ClosedForms) {
   const auto root = stretch(F::square_root, 1, true, x);
   EXPECT_DOUBLE_EQ(root[1], 0.5);
   EXPECT_DOUBLE_EQ(root[2], std::sqrt(0.5));
-  // ln(1 + 3 * 0.25)/ln 4, and 1 + 3 x = 2 at x = 1/3.
+  // The values are ln(1 + 3 * 0.25)/ln 4, and ln 2/ln 4, since 1 + 3 x = 2 at x = 1/3.
   const auto logarithm = stretch(F::logarithm, 3, true, {0.25, 1.0 / 3});
   EXPECT_NEAR(logarithm[0], 0.40367746102880205, 1e-15);
   EXPECT_NEAR(logarithm[1], 0.5, 1e-15);
-  // asinh(3/4) = ln 2, asinh(4/3) = ln 3.
+  // The values are asinh(3/4) = ln 2 and asinh(4/3) = ln 3.
   const auto asinh = stretch(F::asinh, 0.75, true, {0.5625});
   EXPECT_NEAR(asinh[0], std::log(2) / std::log(3), 1e-15);
   for (const F function : {F::linear, F::square_root, F::logarithm, F::asinh}) {
@@ -164,7 +164,8 @@ TEST(Stretch, ClosedForms) {
   }
 }
 
-// Astropy 5.2.1: LogStretch(1000), AsinhStretch(0.1) at 0.1 and 0.6.
+// Expected values of LogStretch(1000) and AsinhStretch(0.1) at 0.1 and 0.6 are those of Astropy
+// 5.2.1.
 TEST(Stretch, DefaultsAreAstropys) {
   using F = Stretch::Function;
   const auto logarithm = stretch(F::logarithm, default_softening(F::logarithm), true, {0.1, 0.6});
@@ -175,7 +176,7 @@ TEST(Stretch, DefaultsAreAstropys) {
   EXPECT_NEAR(asinh[1], 0.8310855776743599, 1e-15);
 }
 
-TEST(Stretch, ClipsOrGoesOnOddly) {
+TEST(Stretch, ClipsOrContinuesAsOddFunction) {
   using F = Stretch::Function;
   for (const F function : {F::linear, F::square_root, F::logarithm, F::asinh}) {
     const double softening = default_softening(function);

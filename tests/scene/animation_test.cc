@@ -44,7 +44,7 @@ TEST(SmoothPath, HasOneSlopeOnBothSidesOfAValue) {
   constexpr double step = 1e-5;
   for (std::size_t i = 1; i + 1 < times.size(); ++i) {
     const double t = times[i];
-    // Second order from either side.
+    // One-sided differences of second order.
     const double before =
         (3 * path.at(t) - 4 * path.at(t - step) + path.at(t - 2 * step)) / (2 * step);
     const double after =
@@ -93,7 +93,7 @@ TEST(CameraPath, HorizonStaysLevelWithoutKeysOfUp) {
   }
 }
 
-/// The largest turn (rad) of the image's up between two of so many frames.
+/// The largest turn (rad) of the image's up between neighbouring frames.
 double largest_turn(const std::string& animation, int frames) {
   const RenderParameters parameters =
       parameters_of("[animation]\nframes = " + std::to_string(frames) + "\n" + animation);
@@ -111,14 +111,14 @@ double largest_turn(const std::string& animation, int frames) {
   return largest;
 }
 
-// Straight over the pole of what the camera looks at.
+// The camera passes straight over the pole of the target.
 TEST(CameraPath, DoesNotRollSuddenlyAbovePoles) {
   const std::string over =
       "position = [0, -3, 0.5, 0, 0, 3, 0, 3, 0.5]\nup = [0, 0, 1, 0, 1, 0, 0, 0, -1]\n";
   const double coarse = largest_turn(over, 51), fine = largest_turn(over, 101);
   EXPECT_LT(coarse, 0.13);
   EXPECT_NEAR(coarse / fine, 2, 0.1);
-  // Keys whose quaternions come with opposite signs.
+  // The quaternions of these keys have opposite signs.
   const std::string roll = "up = [0, 0, 1, 1, 0, 0, 0, 0, -1, -1, 0, 0, 0, 0, 1, 1, 0, 0]\n";
   EXPECT_LT(largest_turn(roll, 101), 0.1);
 }
@@ -155,7 +155,7 @@ TEST(FrameParameters, AreThoseOfASingleImage) {
   EXPECT_EQ(frame.image.output.path, "a/film_0007.fits.fz");
   EXPECT_EQ(frame.camera.position, path.at(path.time(6)).position);
   EXPECT_EQ(frame.camera.fov, path.at(path.time(6)).fov);
-  // As text too: numbers come back exactly.
+  // Numbers survive as text, too.
   const RenderParameters again = RenderParameters::read(parse_toml(frame.toml(), "again"));
   EXPECT_EQ(again.toml(), frame.toml());
   EXPECT_EQ(again.camera.position, frame.camera.position);

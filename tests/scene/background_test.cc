@@ -50,7 +50,7 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
-// N(<i) per square arcminute: the table of docs/facts.md.
+// The expected counts N(<i) per square arcminute are the table of docs/facts.md.
 TEST(Background, CountsAreThoseOfSurveys) {
   constexpr std::pair<double, double> table[] = {{22, 5.40}, {23, 11.0}, {24, 22.5}};
   for (const auto& [i, number] : table) {
@@ -77,7 +77,7 @@ TEST(Background, RedshiftsAndSizesFollowTheMagnitude) {
     redshifts.push_back(std::stod(row.redshift));
     logs.push_back(std::log10(std::stod(row.radius)));
   }
-  // The median's error is about 1.25 standard deviations, 0.45 and 0.18, over the square root.
+  // The error of the median is about 1.25 sigma/sqrt(n), with sigma = 0.45 and 0.18.
   const double root = std::sqrt(static_cast<double>(redshifts.size()));
   ASSERT_GT(root, 50);
   EXPECT_NEAR(median(redshifts), 0.69, 3 * 1.25 * 0.45 / root);
@@ -103,7 +103,7 @@ TEST(Background, IsUniformInTheImage) {
   const double mean = static_cast<double>(rows.size()) / static_cast<double>(cells.size());
   double chi2 = 0;
   for (const double cell : cells) chi2 += (cell - mean) * (cell - mean) / mean;
-  // 15 degrees of freedom: 1 and 99.9 %.
+  // The limits are the 1 and 99.9 % points for 15 degrees of freedom.
   EXPECT_GT(chi2, 5.2);
   EXPECT_LT(chi2, 37.7);
 }

@@ -1,4 +1,4 @@
-// Sky views, against closed forms (Calabretta & Greisen 2002) and astropy.
+// Sky views compared with closed forms (Calabretta & Greisen 2002) and Astropy.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -50,7 +50,7 @@ TEST_P(SkyProjection, RaysAndPixelsAreInverse) {
 
 INSTANTIATE_TEST_SUITE_P(Zenithal, SkyProjection, testing::Values("TAN", "SIN", "STG", "ZEA"));
 
-// Against WCSLIB, in a region of an image.
+// The pixels of a region agree with WCSLIB.
 TEST(CameraSky, PlanesHaveThePixelsOfTheWholeImage) {
   const Camera camera = sky_camera("size = [80, 50]\nregion = [20, 10, 30, 25]",
                                    "center = [200, -40]\nrotation = 25\npixel_scale = 3");
@@ -73,7 +73,7 @@ TEST(CameraSky, PlanesHaveThePixelsOfTheWholeImage) {
   }
 }
 
-/// All of what a projection shows of the sky; a radian of its plane is 100 pixels.
+/// A view of all sky that a projection can show; a radian of its plane is 100 pixels.
 Camera whole_sky(const std::string& projection, int size) {
   return sky_camera("size = " + std::to_string(size),
                     fmt::format("center = [40, 20]\nsky_projection = \"{}\"\npixel_scale = {}\n",
@@ -88,7 +88,7 @@ double sum_of_solid_angles(const Camera& camera) {
   return sum;
 }
 
-// Half the sky, all of it. The pixels on the limb, over which the projection is singular, err.
+// SIN shows half the sky, ZEA all of it. Pixels on the limb, where the projection is singular, err.
 TEST(CameraSky, SolidAnglesOfAnImageOfTheSkySumToIt) {
   constexpr double of_the_limb = 0.008;
   EXPECT_NEAR(sum_of_solid_angles(whole_sky("SIN", 205)) / (2 * std::numbers::pi), 1, of_the_limb);
@@ -164,7 +164,8 @@ TEST(CameraSky, AcrossTheZeroOfRightAscension) {
   EXPECT_NEAR(east.y, 50, 1e-7);
 }
 
-// Up from the pole as one comes along ra = 40 is ra = 220; East of it to the left is ra = 130.
+// The centre is at the pole with ra = 40: up from it is ra = 220, and East of it, to the left, ra =
+// 130.
 TEST(CameraSky, AtThePole) {
   const Camera camera = sky_camera("size = [101, 101]", "center = [40, 90]\npixel_scale = 20\n");
   const double pixels = std::tan(glm::radians(0.1)) / (20 * arcsecond);
@@ -231,7 +232,7 @@ TEST_F(CameraHeader, GivesSizeAndView) {
   EXPECT_EQ(camera.height(), 48);
   EXPECT_EQ(parameters.width, 64);
   EXPECT_EQ(parameters.height, 48);
-  // By astropy 5.2.1: FITS pixel, ra, dec.
+  // The expected FITS pixel, ra and dec are those of Astropy 5.2.1.
   const double places[][4] = {{1, 1, 359.901502861177, -12.003677495985},
                               {64, 48, 359.895215500474, -11.996932459387},
                               {33, 20, 359.898159781554, -12.000787493990}};
@@ -240,7 +241,7 @@ TEST_F(CameraHeader, GivesSizeAndView) {
     EXPECT_NEAR(sky.ra, ra, 1e-11);
     EXPECT_NEAR(sky.dec, dec, 1e-11);
   }
-  // The record makes the same camera, without the file.
+  // The record makes an equal camera without the file.
   std::filesystem::remove(folder_ / "a.fits");
   Resources recorded = Resources::from_record(resources.record());
   RenderParameters again =

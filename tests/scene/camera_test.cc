@@ -57,7 +57,7 @@ TEST(Camera, RayThroughTheMiddle) {
   EXPECT_LT(distance(flat.direction, {0, 1, 0}), rounding);
 }
 
-// A region changes which pixels are rendered, and the axes that count from its corner.
+// A region changes which pixels are rendered, and axes count from its corner; the rays stay.
 TEST(Camera, ARegionKeepsTheView) {
   const std::string region = "region = [11, 4, 20, 15]\n";
   for (const std::string camera :
@@ -141,7 +141,7 @@ TEST(Camera, DirectionTowardsTheCamera) {
   EXPECT_LT(distance(orthographic().towards({4, 0, 0}), {0, -1, 0}), rounding);
 }
 
-// Many rays and solid angles at a time are those of one after the other, off the sky too.
+// Rays and solid angles computed together are those computed one by one, even outside the sky.
 TEST(Camera, ManyRaysAtATime) {
   const std::string sky = "[camera]\nprojection = \"sky\"\ncenter = [150, 40]\n";
   const std::vector<Camera> cameras = {

@@ -1,4 +1,4 @@
-// One catalogue in every format makes the identical scene; bad files of each format end in errors.
+// A catalogue gives an identical scene in every format; bad files of each format end in errors.
 
 #include <gtest/gtest.h>
 
@@ -37,7 +37,7 @@ Catalogue parse(std::string_view text) {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// The catalogue: the second row lies outside of the image.
+/// The second row of the catalogue lies outside the image.
 DataTable table() {
   return {"OBJECTS",
           {{"NAME", "", "", std::vector<std::string>{"NGC", "no", "007"}},
@@ -113,7 +113,7 @@ TEST(CatalogueFormats, MakeTheIdenticalScene) {
         {ecsv, CatalogueFormat::ecsv}}) {
     const Catalogue catalogue = parse(text);
     EXPECT_EQ(catalogue.format(), format) << text;
-    // The list's plus sign is that of the file.
+    // Lists keep the plus sign of the file, which the expected list lacks.
     Scene scene = read(catalogue);
     std::string list = scene.list;
     if (const auto plus = list.find('+'); plus != std::string::npos) list.erase(plus, 1);
@@ -130,7 +130,7 @@ TEST(CatalogueFormats, OtherColumnsKeepTheirTypes) {
   const Scene scene = read(parse(csv));
   std::vector<std::string> found;
   for (const DataColumn& column : scene.others.columns) found.push_back(column.name);
-  // `size` is a column of scenes.
+  // A scene has a column `size`, so that the catalogue's column is renamed.
   EXPECT_EQ(found, (std::vector<std::string>{"row", "Mass", "flags", "cat_Size"}));
   EXPECT_EQ(std::get<std::vector<std::int64_t>>(scene.others.columns[0].values),
             (std::vector<std::int64_t>{1, 3}));
@@ -225,7 +225,7 @@ TEST(Votable, BadFiles) {
             "c:2:5: the row has 0 values for 1 columns");
   EXPECT_EQ(error(begin + "<TABLEDATA>\n<TR><TD>1</TD><TD>2</TD></TR></TABLEDATA>" + end),
             "c:2:15: the row has more values than the 1 columns");
-  // Entities that grow without bound.
+  // Nested entities grow without bound.
   std::string bomb = "<!DOCTYPE v [<!ENTITY a0 \"" + std::string(100, 'x') + "\">";
   for (int i = 0; i < 12; ++i) {
     bomb += "<!ENTITY a" + std::to_string(i + 1) + " \"";

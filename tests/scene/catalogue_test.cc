@@ -25,7 +25,7 @@ std::vector<std::string> names(const Catalogue& catalogue) {
   return result;
 }
 
-/// A column of words, whether views or owned.
+/// The words of a column, whether the catalogue owns or views them.
 std::vector<std::string> words(const Catalogue& catalogue, std::size_t column) {
   const auto& cells = catalogue.columns()[column].cells;
   if (const auto* views = std::get_if<std::vector<std::string_view>>(&cells)) {
@@ -69,7 +69,7 @@ TEST(CatalogueList, CommentsThatLookLikeOtherFormats) {
   EXPECT_EQ(parse("100 200\n1 2\n").format(), CatalogueFormat::list);
 }
 
-// What astropy 5.2.1 writes for one table with either delimiter.
+// Astropy 5.2.1 writes this text for one table with either delimiter.
 const std::string ecsv_head =
     "# %ECSV 1.0\n"
     "# ---\n"
@@ -177,7 +177,7 @@ TEST(CatalogueEcsv, BadFiles) {
             "t.cat:3:1: the head is larger than 1048576 bytes");
 }
 
-// What SExtractor 2.25 writes with CATALOG_TYPE ASCII_HEAD and three apertures.
+// SExtractor 2.25 writes this text with CATALOG_TYPE ASCII_HEAD and three apertures.
 const std::string sextractor_head =
     "#   1 NUMBER                 Running object number                                     \n"
     "#   2 X_IMAGE                Object position along x                                    "

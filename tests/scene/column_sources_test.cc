@@ -11,7 +11,7 @@
 namespace gamer {
 namespace {
 
-/// The catalogue's name for each scene column that is found: "ra=RAJ2000 dec=DEJ2000".
+/// The columns that are found, each with the catalogue's name: "ra=RAJ2000 dec=DEJ2000".
 std::string found(const std::string& columns, const std::string& keys = "") {
   const RenderParameters parameters = RenderParameters::read(parse_toml(
       "[camera]\nprojection = \"sky\"\n[catalogue]\ngalaxy = \"=E\"\n" + keys, "render.par"));
@@ -59,7 +59,7 @@ TEST(ColumnSources, TheMagnitudeIsOfTheReferenceBand) {
   EXPECT_EQ(found(columns, "apparent_magnitude = \"MAG_G\"\n"), place + "mag_g");
 }
 
-// One place, one size and one magnitude are enough.
+// One position, one size and one magnitude are enough; further usual names are not used.
 TEST(ColumnSources, UsualNamesGiveWay) {
   EXPECT_EQ(found("ALPHA_J2000 DELTA_J2000 X_IMAGE Y_IMAGE"), "ra=ALPHA_J2000 dec=DELTA_J2000");
   EXPECT_EQ(found("X_IMAGE Y_IMAGE"), "px=X_IMAGE py=Y_IMAGE");
@@ -89,7 +89,7 @@ TEST(ColumnSources, AmbiguousColumns) {
             "one");
   EXPECT_EQ(found("ra dec zphot Z_SPEC", "redshift = \"z_spec\"\n"),
             "ra=ra dec=dec redshift=Z_SPEC");
-  // A column that serves for something else is no candidate.
+  // A column with another use is no candidate.
   EXPECT_EQ(found("ra dec zphot Z_SPEC", "distance = \"zphot\"\n"),
             "ra=ra dec=dec redshift=Z_SPEC distance=zphot");
 }

@@ -1,4 +1,4 @@
-// Damaged catalogues: each makes a scene, or ends in an error that names the file.
+// A damaged catalogue gives a scene, or an error that names the file.
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The sky's own stars: as many, as bright and as hot as asked, the same ones in every image.
+// Field stars: their number, brightness and temperature are as asked, and equal in every image.
 
 #include "scene/field_stars.h"
 
@@ -33,7 +33,7 @@ std::vector<FieldStar> all_stars(const FieldStarParameters& parameters) {
   return stars;
 }
 
-/// (chi^2 - n)/sqrt(2 n) of counts of Poisson variates with these means.
+/// (chi^2 - n)/sqrt(2 n) of Poisson counts with these means.
 double chi_square(const std::vector<double>& counts, const std::vector<double>& expected) {
   double sum = 0;
   for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -46,7 +46,7 @@ double chi_square(const std::vector<double>& counts, const std::vector<double>& 
 
 TEST(FieldStars, FillTheSkyEvenly) {
   FieldStarParameters parameters;
-  // Zones of equal area, which neither the rows nor the widths of the stars' cells divide.
+  // The zones have equal areas; neither the rows nor the widths of the stars' cells divide them.
   constexpr int zones = 13, sectors = 29;
   for (const std::uint64_t seed : {1, 2}) {
     parameters.seed = seed;
@@ -115,7 +115,7 @@ TEST(FieldStars, TemperaturesAreEvenInTheirLogarithm) {
             4);
 }
 
-// What holds() leaves out takes nothing from the rest: every star within the circle, none changed.
+// A part of the sky has all stars within its circle, and none differs from that of the whole sky.
 TEST(FieldStars, PartsOfTheSkyHaveTheStarsOfAllOfIt) {
   FieldStarParameters parameters;
   parameters.number = 1;
@@ -128,7 +128,7 @@ TEST(FieldStars, PartsOfTheSkyHaveTheStarsOfAllOfIt) {
   std::set<Key> known;
   for (const FieldStar& star : all) known.insert(key(star));
   EXPECT_EQ(known.size(), all.size());
-  // At a pole, at the seam of right ascension, anywhere.
+  // The places are a pole, the seam of right ascension, and another one.
   for (const SkyPosition& place : {SkyPosition{0, 90}, {0, 0}, {200, -50}}) {
     const glm::dvec3 middle = direction_of(place);
     constexpr double reach = 0.1;
@@ -165,7 +165,7 @@ Scene read(const std::string& camera, const std::string& stars, const std::strin
 
 const std::string no_rows = "galaxy ra dec apparent_magnitude\n";
 
-// Images of other sizes, scales, centres and turns.
+// The images differ in size, scale, centre or rotation.
 TEST(FieldStars, ImagesThatOverlapShowTheSameStars) {
   struct Shown {
     Camera camera;
@@ -183,7 +183,7 @@ TEST(FieldStars, ImagesThatOverlapShowTheSameStars) {
     result.push_back(image(240, "center = [0.1, 60.05]\npixel_scale = 3\nrotation = 30"));
     return result;
   }();
-  // The star is well inside both images.
+  // Whether a star is well inside an image.
   const auto is_inside = [](const Camera& camera, const glm::dvec3& direction) {
     const auto pixel = camera.pixel(direction);
     return pixel && pixel->x > 0 && pixel->y > 0 && pixel->x < camera.width() - 1 &&
@@ -206,7 +206,7 @@ TEST(FieldStars, ImagesThatOverlapShowTheSameStars) {
   }
 }
 
-// The flux in the reference band is the magnitude's.
+// The flux in the reference band follows from the magnitude.
 TEST(FieldStars, FluxIsThatOfTheMagnitude) {
   const Scene scene = read("center = [30, 60]\npixel_scale = 3\n",
                            "number = 20000\nbright = 19.9999\nfaint = 20.0001\n", no_rows);

@@ -38,7 +38,7 @@ TEST(OrientationAlong, PointsTheAxis) {
   }
 }
 
-// The shortest turn leaves z x o where it is.
+// The shortest turn keeps the direction z x o.
 TEST(OrientationAlong, TurnsByTheShortestWay) {
   for (const glm::dvec3& o : directions) {
     if (o.x == 0 && o.y == 0) continue;
@@ -64,7 +64,7 @@ TEST(OrientationAlong, PositionAngleIsCounterclockwiseAboutTheAxis) {
   EXPECT_LT(distance(turned[0], c * none[0] + s * none[1]), rounding);
 }
 
-// The default camera looks along +y: in its image +y is the scene's z and +x is x.
+// The default camera looks along +y: the image's +y is the scene's z, and its +x is x.
 const glm::dvec3 image_x{1, 0, 0}, image_y{0, 0, 1}, to_camera{0, -1, 0};
 
 Camera camera(const std::string& projection) {
@@ -93,7 +93,7 @@ TEST(OrientationOnSky, PositionAngleTurnsTheNodeFromUpToTheLeft) {
   }
 }
 
-// The axis turns about the node from the camera towards node x camera.
+// The axis turns about the node, from the camera towards node x camera.
 TEST(OrientationOnSky, InclinationTurnsTheAxisAboutTheNode) {
   for (const char* projection : {"perspective", "orthographic"}) {
     const glm::dmat3 edge_on = orientation_on_sky(camera(projection), {0, 0, 0}, 90, 0);

@@ -194,7 +194,7 @@ TEST(RenderParameters, ReadsASkyView) {
   }
 }
 
-// Bands alone: the default wavelength is not among the planes, nor is it written.
+// With bands alone, the default wavelength is neither a plane nor written.
 TEST(RenderParameters, BandsReplaceTheDefaultWavelength) {
   const RenderParameters p = parameters_of(sky_values);
   EXPECT_TRUE(p.spectrum.wavelengths.empty());
@@ -395,7 +395,7 @@ TEST(RenderParameters, AHealpixMapHasNoSizeButItsNside) {
             }),
             "--set image.size: image.size belongs to other projections; camera.nside sets the size "
             "of a HEALPix map, here 4: leave image.size out");
-  // A file made for another view serves for a map too.
+  // A file made for another view also serves for a map.
   const RenderParameters map = with(sized, {"camera.projection=healpix", "camera.nside=4"});
   EXPECT_EQ(map.width, 4);
   EXPECT_EQ(map.height, 48);

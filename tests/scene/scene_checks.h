@@ -10,7 +10,7 @@
 
 namespace gamer::test {
 
-/// What the InputError says that `call` throws; "" when it throws none.
+/// The message of the InputError that `call` throws; "" when it throws none.
 inline std::string message_of(const std::function<void()>& call) {
   try {
     call();

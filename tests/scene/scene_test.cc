@@ -80,7 +80,7 @@ TEST(GalaxyLibrary, TellsOnceWhatIsToBeMeasured) {
                       load_spectrum(p, data), Camera(p), data, library);
   };
   const Scene first = read_from("galaxy x y z seed\nnoisy 0 0 0 1\nnoisy 0 0 0 2\n");
-  // As another frame would have it, which sees other rows of the same catalogue.
+  // The second scene is like another frame, which sees other rows of the catalogue.
   const Scene second = read_from("galaxy x y z seed\nnoisy 0 0 0 3\nnoisy 0 0 0 2\n");
   const auto of_second = library.take_unmeasured(second);
   ASSERT_EQ(of_second.size(), 2u);
@@ -102,7 +102,7 @@ TEST(Scene, DefaultsOfARow) {
   EXPECT_EQ(g.radius, 1);
   EXPECT_EQ(g.seed, 1u);
   EXPECT_EQ(g.bounding_radius, 2);
-  // No turn; the stretch is undone.
+  // The galaxy is not turned; to_ball undoes the stretch.
   EXPECT_LT(distance(g.to_ball * glm::dvec3(1, 2, 0.5), {1, 1, 1}), rounding);
 }
 
@@ -118,7 +118,7 @@ TEST(Scene, DashMeansTheDefault) {
 }
 
 TEST(Scene, GalaxiesOfARowAreEdgeOnOrAlongTheirAxis) {
-  // The default camera is at (0, -3, 0): towards it, and turned by 90 degrees about the node.
+  // The default camera is at (0, -3, 0). The rows: edge-on, face-on, and along the direction given.
   const Scene scene = read(
       "galaxy sersic_index axis_ratio inclination x y z ox oy oz\n"
       "sersic 1 0.5 - 0 0 0 - - -\n"
@@ -160,11 +160,12 @@ TEST(Scene, ReadsEveryColumn) {
   EXPECT_EQ(along.bounding_radius, 1);
   EXPECT_EQ(along.seed, 7u);
   EXPECT_EQ(along.id, "first");
-  // The galaxy's z points to -y; z's semi-axis is 0.5 * 0.5.
+  // The galaxy's z points to -y; its semi-axis along z is 0.5 * 0.5.
   EXPECT_LT(distance(along.to_ball * glm::dvec3(0, -0.25, 0), {0, 0, 1}), rounding);
-  // pa = 90 turns the galaxy's x to y, which the turn from z to -y takes to z.
+  // pa = 90 turns the galaxy's x to y, which the turn from z to -y then takes to z.
   EXPECT_LT(distance(along.to_ball * glm::dvec3(0, 0, 0.5), {1, 0, 0}), rounding);
-  // Edge-on with the node to the image's -x: the axis is node x (towards the camera), up.
+  // Edge-on with the node along the image's -x: the axis is node x (towards the camera), which is
+  // up.
   const PlacedGalaxy& on_sky = scene.galaxies[1];
   EXPECT_EQ(on_sky.id, "second");
   EXPECT_LT(distance(on_sky.to_ball * glm::dvec3(-2, 0, 0), {1, 0, 0}), rounding);

@@ -1,4 +1,4 @@
-// Scenes in a sky view: positions, sizes, distances, what is left out, catalogues, errors.
+// Scenes in a sky view: positions, sizes, distances, kept rows, catalogues, errors.
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -51,7 +51,7 @@ Resources resources() {
 const std::string image = "[image]\nsize = 100\n";
 const std::string view = "[camera]\nprojection = \"sky\"\ncenter = [150, 2]\npixel_scale = 1\n";
 
-/// What a parameter file and a list make, in any view.
+/// The scene of a parameter file and a list, in any view.
 Scene read_any(const std::string& list, const std::string& toml) {
   const RenderParameters p = parameters_of(toml);
   Resources data = resources();
@@ -66,7 +66,8 @@ Scene read(const std::string& list, const std::string& more = "") {
 // ---- Positions, sizes, distances ---------------------------------------------------------------
 
 TEST(SkyScene, AllWaysToGiveAPositionAgree) {
-  // In the plane that touches the sky at (150, 2): 20 arcsec to the East, 10 to the South.
+  // The place in the plane that touches the sky at (150, 2): 20 arcsec to the East, 10 to the
+  // South.
   const double east = std::tan(20 * arcsecond), north = std::tan(-10 * arcsecond);
   const double dec0 = glm::radians(2.0);
   const double ra = 150 + glm::degrees(std::atan2(east, std::cos(dec0) - north * std::sin(dec0)));
@@ -81,7 +82,7 @@ TEST(SkyScene, AllWaysToGiveAPositionAgree) {
                        ra, dec, px, py));
   ASSERT_EQ(scene.galaxies.size(), 3u);
   const PlacedGalaxy& first = scene.galaxies[0];
-  // Where no distance is known.
+  // Galaxies without a distance are at 1000.
   EXPECT_NEAR(glm::length(first.centre), 1000, 1e-9);
   for (const PlacedGalaxy& placed : scene.galaxies) {
     EXPECT_LT(distance(placed.centre, 1000.0 * direction_of({ra, dec})), 1e-8);
@@ -90,18 +91,18 @@ TEST(SkyScene, AllWaysToGiveAPositionAgree) {
   }
 }
 
-// docs/facts.md section 4: at z = 0.5, 1 arcsec is 6.1042 kpc and D_C = 1888.625 Mpc; at 2: 8.3709
-// kpc.
+// docs/facts.md section 4: D_C(0.5) = 1888.625 Mpc; 1 arcsec is 6.1042 kpc at z = 0.5 and 8.3709
+// kpc at z = 2.
 TEST(SkyScene, SizesAgreeThroughTheCosmology) {
   const Scene scene = read(
       "galaxy dx dy redshift size_kpc size_arcsec\n"
       "smooth 0 0 0.5 6.1042 -\nsmooth 0 0 0.5 - 1\nsmooth 0 0 2 8.3709 -\nsmooth 0 0 2 - 1\n");
   const auto& g = scene.galaxies;
-  // To the table's last digit.
+  // The ratio agrees to the last digit of the table.
   EXPECT_NEAR(g[0].radius / g[1].radius, 1, 1e-5);
   EXPECT_NEAR(g[2].radius / g[3].radius, 1, 1e-5);
   EXPECT_NEAR(glm::length(g[0].centre) / 1888.625, 1, 1e-6);
-  // Comoving: 1.5 times as large.
+  // Comoving radii are 1 + z = 1.5 times as large.
   EXPECT_NEAR(g[0].radius / (1.5 * 6.1042e-3), 1, 1e-12);
   EXPECT_NEAR(g[1].radius / (1888.625 * arcsecond), 1, 1e-6);
 }
@@ -116,21 +117,22 @@ TEST(SkyScene, DistancesStandWhereTheySay) {
   EXPECT_EQ(g[0].redshift, 0);
   EXPECT_NEAR(glm::length(g[1].centre), 1000 / 1.1, 1e-9);
   EXPECT_EQ(g[1].redshift, 0.1);
-  // docs/facts.md section 4: D_C(3); the farther one stands behind, though its angular-diameter
-  // distance is the smaller.
+  // D_C(3) is that of docs/facts.md section 4. The galaxy of larger redshift stands behind,
+  // although its angular-diameter distance is smaller.
   EXPECT_NEAR(glm::length(g[3].centre) / 6355.685, 1, 1e-6);
   EXPECT_LT(glm::length(g[2].centre), glm::length(g[3].centre));
   EXPECT_NEAR(g[4].radius, 10e-3, 1e-15);
 }
 
 TEST(SkyScene, CosmologyIsThatOfTheParameters) {
-  // Einstein-de Sitter: D_C = 2 c/H0 (1 - (1+z)^-1/2).
+  // In an Einstein-de Sitter universe D_C = 2 c/H0 (1 - (1+z)^-1/2).
   const Scene scene = read("galaxy dx dy redshift size_arcsec\nsmooth 0 0 3 1\n",
                            "[cosmology]\nH0 = 50\nOmega_m = 1\n");
   EXPECT_NEAR(glm::length(scene.galaxies[0].centre) / (299792.458 / 50), 1, 1e-8);
 }
 
-// Face-on with its node (x) to the North, turned by pa towards East; the axis points to us.
+// The galaxy is face-on with its axis towards us; its node (x) points North, and pa turns it to
+// East.
 TEST(SkyScene, PositionAnglesAreEastOfNorth) {
   for (const double rotation : {0.0, 70.0}) {
     const Scene scene =
@@ -159,7 +161,7 @@ TEST(SkyScene, KeepsWhatTouchesTheImageAndLittleElse) {
     EXPECT_TRUE(kept(fmt::format("smooth {} 0 5 20", sign * 59.5)));
     EXPECT_TRUE(kept(fmt::format("smooth 0 {} 5 20", sign * 59.5)));
     EXPECT_TRUE(kept(fmt::format("smooth {0} {0} 5 20", sign * 49.5)));
-    // Half as far again, and two pixels.
+    // These balls are farther out by half their radius and two pixels.
     EXPECT_FALSE(kept(fmt::format("smooth {} 0 5 20", sign * 68.5)));
     EXPECT_FALSE(kept(fmt::format("smooth 0 {} 5 20", sign * 68.5)));
     // A star within half a pixel of the border gives the image light.
@@ -185,7 +187,7 @@ TEST(SkyScene, NumbersCountWhatIsKept) {
   EXPECT_EQ(scene.galaxies[1].id, "c");
 }
 
-// Wide fields hold poles and seams; galaxies all around the sky.
+// The whole sky has poles and seams, and the galaxies lie all around.
 TEST(SkyScene, KeepsAllInAnImageOfTheWholeSky) {
   std::string list = "galaxy ra dec size_arcsec\n";
   for (int ra = 0; ra < 360; ra += 45) {
@@ -286,7 +288,7 @@ TEST(SkyScene, MapsColumnsAndConvertsUnits) {
   EXPECT_NEAR(g.radius / (1000 * 1.8 * arcsecond), 1, 1e-12);
   EXPECT_EQ(g.seed, 7u);
   EXPECT_EQ(scene.unit, PixelUnit::nanojansky);
-  // The list is in the scene's own columns and units.
+  // The list uses the columns and units of scenes.
   expect_same(read(scene.list), scene);
 }
 
@@ -318,7 +320,7 @@ TEST(SkyScene, CataloguesThatDoNotFit) {
             "scene.lst:2:1: seed must be an integer, not 'many'");
 }
 
-// 99 and -99 mean that a value is missing.
+// 99 and -99 stand for missing values.
 TEST(SkyScene, FlaggedValues) {
   const auto table = [](const std::string& rows) {
     std::string text = "# %ECSV 1.0\n# ---\n# datatype:\n";
@@ -342,9 +344,9 @@ TEST(SkyScene, FlaggedValues) {
     EXPECT_EQ(scene.flagged, 1u);
     EXPECT_EQ(scene.rows, 3u);
   }
-  // Missing values, too.
+  // Missing values count as flagged, too.
   EXPECT_EQ(read(table("150 2 nan 1 0.5\n" + good), mapped + "skip_flagged = true\n").flagged, 1u);
-  // A scene list is made for gamer: its numbers are meant.
+  // In a scene list, which is made for gamer, 99 is a number.
   EXPECT_EQ(
       read("galaxy ra dec apparent_magnitude size_arcsec\nsmooth 150 2 99 1\n").galaxies.size(),
       1u);
@@ -382,7 +384,7 @@ TEST(SkyScene, DustAloneNeedsNoMagnitude) {
   EXPECT_EQ(scene.galaxies.size(), 2u);
 }
 
-// The reference pixel lies outside of a view of half the sky.
+// The view shows half the sky, and the reference pixel lies outside of it.
 TEST(SkyScene, OffsetsNeedSkyInTheMiddle) {
   const RenderParameters p = parameters_of(image + view);
   const std::string header =
@@ -440,7 +442,7 @@ TEST(SkyScene, SkymakerCountsAnglesFromTheImagesAxis) {
   }
 }
 
-// East to the right, as in an image that was turned over.
+// East is to the right, as in a mirrored image.
 TEST(SkyScene, SkymakerAnglesInAMirroredImage) {
   const RenderParameters p = parameters_of(image + view);
   const std::string header =
@@ -452,7 +454,7 @@ TEST(SkyScene, SkymakerAnglesInAMirroredImage) {
 
 // ---- Magnitudes --------------------------------------------------------------------------------
 
-// The flux of a flat f_nu star is that of its magnitude at all wavelengths.
+// A star with flat f_nu has the flux of its magnitude at all wavelengths.
 TEST(SkyScene, StarsHaveTheirMagnitude) {
   const Scene scene =
       read("galaxy px py apparent_magnitude sed\nstar 10 20.5 25 -\nstar 3 4 20 flat\n",
@@ -461,8 +463,8 @@ TEST(SkyScene, StarsHaveTheirMagnitude) {
   EXPECT_LT(glm::length(scene.stars[0].pixel - glm::dvec2(9, 19.5)), 1e-8);
   // docs/facts.md section 4: m = 25 is 363.078 nJy.
   for (const double flux : scene.stars[0].flux) EXPECT_NEAR(flux / 363.078, 1, 1e-5);
-  // f_lambda constant: f_nu grows with the square of the pivot; of a box a b, pivot^2 =
-  // (b^2 - a^2)/(2 ln(b/a)).
+  // With constant f_lambda, f_nu grows with the square of the pivot wavelength. A box from a to b
+  // has pivot^2 = (b^2 - a^2)/(2 ln(b/a)).
   const auto squared = [](double a, double b) { return (b * b - a * a) / (2 * std::log(b / a)); };
   const std::vector<double>& flux = scene.stars[1].flux;
   EXPECT_NEAR(flux[1] / 36307.8, 1, 1e-5);
@@ -471,7 +473,7 @@ TEST(SkyScene, StarsHaveTheirMagnitude) {
 }
 
 TEST(SkyScene, StarsAtAnAbsoluteMagnitude) {
-  // 100 Mpc: distance modulus 35.
+  // The distance modulus of 100 Mpc is 35.
   const Scene scene = read("galaxy px py magnitude distance\nstar 10 20 -10 100\n");
   EXPECT_NEAR(scene.stars[0].flux[0] / 363.078, 1, 1e-5);
 }
@@ -553,7 +555,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "scene.lst:2:13: plane 'far', 20000 to 30000 A, is outside the range 3000 to 9000 "
                  "A of SED 'table'"}));
 
-// What the unit of the pixels and the view ask of a scene.
+// The pixels' unit and the view decide which columns a scene needs.
 TEST(SkyScene, UnitsThatTheSceneCannotGive) {
   const std::string plain = "galaxy ra dec size_arcsec\nsmooth 150 2 1\n";
   const std::string bright = "galaxy ra dec size_arcsec apparent_magnitude\nsmooth 150 2 1 20\n";

@@ -38,7 +38,7 @@ const std::string& type_of(const Catalogue& catalogue, std::size_t row = 0) {
 
 std::string row(const std::string& shape) { return "200 10 20 21.5 " + shape + "\n"; }
 
-// SkyMaker's config/sample.list, with a row of its own output.
+// The file config/sample.list of SkyMaker, with a row as SkyMaker writes it.
 const std::string sample =
     "# This is a SkyMaker2 list file\n"
     "# A star at FITS coordinates (128.4,99.5) with magnitude 7.123 :\n"
@@ -57,9 +57,9 @@ TEST(Skymaker, ReadsItsSample) {
   EXPECT_EQ(cells<double>(catalogue, "apparent_magnitude"),
             (std::vector<double>{7.123, 19.41, 20.5}));
   EXPECT_EQ(cells<std::int64_t>(catalogue, "id"), (std::vector<std::int64_t>{1, 2, 3}));
-  // 20 effective radii of 2.3 arcsec, where the taper begins.
+  // The taper begins at 20 effective radii of 2.3 arcsec.
   EXPECT_DOUBLE_EQ(cells<double>(catalogue, "size_arcsec")[1], 46 / 0.7);
-  // Counterclockwise from x is 90 degrees less than from y.
+  // An angle from x is 90 degrees less when counted from y (both counterclockwise).
   EXPECT_NEAR(cells<double>(catalogue, "pa")[1], 31.3 - 90, 1e-12);
   EXPECT_NEAR(cells<double>(catalogue, "pa")[2], 15.0 - 90, 1e-12);
   EXPECT_TRUE(std::isnan(cells<double>(catalogue, "redshift")[1]));
@@ -73,14 +73,15 @@ TEST(Skymaker, ReadsItsSample) {
 
 TEST(Skymaker, GalaxiesHaveTheRadiiOfTheList) {
   const Catalogue catalogue = parse(sample);
-  // 2.3 and 4 arcsec in radii of 46/0.7; 0.5 and 2 arcsec in radii of 20/0.7.
+  // Radii are 2.3 and 4 arcsec in units of 46/0.7 arcsec, and 0.5 and 2 arcsec in units of 20/0.7
+  // arcsec.
   EXPECT_TRUE(type_of(catalogue, 1).starts_with("bulge+disk(0.42,0.035,"));
   EXPECT_TRUE(type_of(catalogue, 1).ends_with(",0.0608696,E,Sbc)"));
   EXPECT_TRUE(type_of(catalogue, 2).starts_with("bulge+disk(0.16,0.0175,"));
   EXPECT_TRUE(type_of(catalogue, 2).ends_with(",0.07,E,Scd)"));
 }
 
-// Aspect ratios from numerical second moments of exp(-r/rh) sech^2(z/z0), z0 = 0.1 rh.
+// The expected axis ratios are numerical second moments of exp(-r/rh) sech^2(z/z0), z0 = 0.1 rh.
 TEST(Skymaker, InclinationFollowsTheDisksAspect) {
   const auto inclination = [](const std::string& aspect) {
     return cells<double>(parse(row("0 0 1 0 3 " + aspect + " 0")), "inclination")[0];
@@ -93,7 +94,7 @@ TEST(Skymaker, InclinationFollowsTheDisksAspect) {
   EXPECT_EQ(inclination("0.01"), 90);
 }
 
-// Flattened spheroids seen at 60 degrees: sqrt(cos^2 i + (c/a)^2 sin^2 i).
+// Flattened spheroids seen at 60 degrees have the axis ratio sqrt(cos^2 i + (c/a)^2 sin^2 i).
 TEST(Skymaker, FlatteningFollowsTheBulgesAspect) {
   const auto flattening = [](const std::string& aspect) {
     const std::string type = type_of(parse(row("0.5 1 " + aspect + " 0 2 0.5020519570558015 0")));
@@ -167,7 +168,7 @@ TEST(MadeGalaxy, IsOneOfBulgeAndDisk) {
   ASSERT_NE(disk, nullptr);
   EXPECT_EQ(disk->shape().rh, 0.05);
   EXPECT_DOUBLE_EQ(disk->shape().z0, 0.005);
-  // Flattening by 0.6, no arms, an exponential.
+  // The bulge is flattened by 0.6; the disk is exponential, without arms.
   const auto density =
       evaluate(*galaxy, std::vector<Vector>{{0.1, 0, 0}, {0, 0, 0.06}, {0, 0.1, 0}, {0.15, 0, 0}});
   EXPECT_NEAR(density[0][1] / density[0][0], 1, 2e-6);
@@ -184,7 +185,7 @@ TEST(MadeGalaxy, LeavesOutWhatHasNoLight) {
   EXPECT_EQ(disk->components()[0]->kind(), "disk");
 }
 
-// The extremes that the reader lets through.
+// The ratios of radii are the extremes that the reader allows.
 TEST(MadeGalaxy, TinyPartsHaveFiniteLight) {
   for (const char* shape : {"0.5 1e-6 1 0 1e6 0.5 0", "0.5 1e6 1 0 1e-6 0.5 0"}) {
     std::string type = type_of(parse(row(shape)));

@@ -20,7 +20,7 @@ std::shared_ptr<const Galaxy> galaxy_of(const std::string& toml) {
 const char* const bulge = "[[component]]\nclass = \"bulge\"\nsed = \"E\"\neffective_radius = 0.1\n";
 const char* const dust = "[[component]]\nclass = \"dust\"\noptical_depth = 1\nnoise = false\n";
 
-// Six of eleven, evenly spread from the least redshift to the greatest, in any order of the rows.
+// Six of eleven redshifts are chosen, evenly from the least to the greatest, in any order of rows.
 TEST(SpectralProbes, SixAreSpreadOverTheRedshifts) {
   const auto dusty = galaxy_of(std::string(bulge) + dust);
   ProbeChooser chooser;

@@ -27,12 +27,12 @@ struct Kind {
   std::string name;
   std::function<std::unique_ptr<SphereProjection>()> make;
   double sphere;     ///< solid angle of all pixels
-  double tolerance;  ///< of that, relative
+  double tolerance;  ///< its relative error
 };
 
 void PrintTo(const Kind& kind, std::ostream* stream) { *stream << kind.name; }
 
-/// Solid angle of a small square of the image, by the parallelogram of half its middle lines.
+/// The solid angle of a small square of the image, from the halves of its two middle lines.
 double patch(const SphereProjection& projection, double x, double y, double side) {
   const double reach = side / 4;
   const auto left = projection.direction(x - reach, y), right = projection.direction(x + reach, y);
@@ -83,7 +83,7 @@ TEST_P(EveryProjection, SolidAnglesAreIntegrals) {
         }
       }
       if (!is_whole) continue;
-      // Second order in the parts.
+      // The sum over parts has an error of second order.
       EXPECT_NEAR(projection->solid_angle(x, y) / sum, 1, 2e-5) << x << ' ' << y;
     }
   }
@@ -107,12 +107,12 @@ TEST_P(EveryProjection, NoPixelIsLongerThanSaid) {
     if (left && right) longest = std::max(longest, distance(*left, *right) / 0.998);
     if (below && above) longest = std::max(longest, distance(*below, *above) / 0.998);
   });
-  // HEALPix pixels at the borders of the base pixels around the poles are drawn out.
+  // HEALPix pixels at the borders of the base pixels around the poles are elongated.
   EXPECT_LT(longest, 1.25 * projection->pixel_angle());
   EXPECT_GT(longest, 0.85 * projection->pixel_angle());
 }
 
-// A star at any place has its light in four pixels that join it.
+// A star's light goes into four pixels, which are adjacent on the sphere, too.
 TEST_P(EveryProjection, NeighboursAreNear) {
   const auto projection = GetParam().make();
   for (double y = -0.5; y < projection->height() - 0.5; y += 0.25) {
@@ -124,7 +124,7 @@ TEST_P(EveryProjection, NeighboursAreNear) {
           const glm::ivec2 place = projection->neighbour(
               {x, y}, static_cast<int>(std::floor(x)) + i, static_cast<int>(std::floor(y)) + j);
           const auto there = projection->direction(place.x, place.y);
-          // Beyond the edge of a dome there is nothing.
+          // No pixel lies beyond the edge of a dome.
           const bool is_inside = place.x >= 0 && place.x < projection->width() && place.y >= 0 &&
                                  place.y < projection->height();
           ASSERT_TRUE(is_inside || (GetParam().sphere < 4 * pi)) << x << ' ' << y;
@@ -138,8 +138,8 @@ TEST_P(EveryProjection, NeighboursAreNear) {
   }
 }
 
-// A place some pixels beyond a seam is as far away on the sphere, on the seam's other side. A place
-// near no seam has none.
+// A place some pixels beyond a seam is equally far away on the sphere, on the other side of the
+// seam. A place far from seams has no such neighbours.
 TEST_P(EveryProjection, SeamsJoin) {
   const auto projection = GetParam().make();
   constexpr int far = 3;
@@ -157,7 +157,7 @@ TEST_P(EveryProjection, SeamsJoin) {
         ++beyond;
         const auto there = projection->direction(place.x, place.y);
         ASSERT_TRUE(there.has_value()) << x << ' ' << y << ": " << i << ' ' << j;
-        // From pixel to pixel along two sides, and a diagonal where three faces meet.
+        // The way has pixels along two sides, and a diagonal where three faces meet.
         ASSERT_LT(distance(*here, *there), (std::abs(i) + std::abs(j) + 1) * pixel)
             << x << ' ' << y << ": " << i << ' ' << j;
       }
@@ -169,8 +169,8 @@ TEST_P(EveryProjection, SeamsJoin) {
   EXPECT_EQ(beyond > 0, GetParam().sphere > 3.99 * pi);
 }
 
-// Edges of faces are joined pixel by pixel: the neighbour's neighbour is the pixel itself, and the
-// directions of both pixels' common corners agree.
+// Edges of faces are joined pixel by pixel: the neighbour's neighbour is the pixel itself, and both
+// are near each other on the sphere.
 TEST(SphereProjection, NeighboursAreMutual) {
   for (const auto& projection : {make_cubemap(8), make_healpix(8)}) {
     const int rows = projection->face_rows();
@@ -226,7 +226,7 @@ TEST(SphereProjection, TheTargetIsInTheMiddle) {
   EXPECT_LT(distance(*make_cubemap(9)->direction(4, 9 + 4), {0, 0, 1}), rounding);
 }
 
-// Seen from inside: what is to the right of the camera is in the image's right half.
+// The view is from inside: the camera's right is in the right half of the image.
 TEST(SphereProjection, RightIsRightAndUpIsUp) {
   const auto fisheye = make_fisheye(101, 101, pi);
   EXPECT_LT(distance(*fisheye->direction(100.5, 50), {1, 0, 0}), rounding);
@@ -239,7 +239,7 @@ TEST(SphereProjection, RightIsRightAndUpIsUp) {
   EXPECT_LT(distance(*map->direction(-0.5, 89.5), {0, 0, -1}), rounding);
 }
 
-// Faces that join along an edge: the front with the four around it.
+// The front face joins the four faces around it.
 TEST(SphereProjection, SidesOfTheCubeJoin) {
   const auto cube = make_cubemap(8);
   enum { up, front, left, back, right, down };
@@ -256,7 +256,7 @@ TEST(SphereProjection, SidesOfTheCubeJoin) {
   }
 }
 
-// The pixels of the library that defines them.
+// The centres of pixels are those of the HEALPix library.
 TEST(SphereProjection, HealpixPixelsAreThoseOfTheLibrary) {
   for (const int nside : {1, 2, 16}) {
     const auto projection = make_healpix(nside);
@@ -269,7 +269,7 @@ TEST(SphereProjection, HealpixPixelsAreThoseOfTheLibrary) {
           pix2vec_ring(nside, pixel, vector);
         }
         const HealpixPlace place = healpix_place(nside, is_nested, pixel);
-        // x to longitude 0, y to longitude 90 degrees, which is to the left.
+        // x points to longitude 0 and y to longitude 90 degrees, which is to the left.
         ASSERT_LT(
             distance(*projection->direction(place.x, place.y), {-vector[1], vector[2], vector[0]}),
             2 * rounding)
@@ -280,7 +280,7 @@ TEST(SphereProjection, HealpixPixelsAreThoseOfTheLibrary) {
   EXPECT_THROW(make_healpix(12), std::invalid_argument);
 }
 
-// Places within pixels belong to them, in the library's eyes.
+// For the library, places within a pixel belong to this pixel.
 TEST(SphereProjection, HealpixPixelsEndWhereTheLibrarySays) {
   constexpr int nside = 4;
   const auto projection = make_healpix(nside);
@@ -305,7 +305,7 @@ TEST(SphereCamera, RaysFollowTheViewsAxes) {
   const Ray ray = *camera.ray(4, 2);
   EXPECT_LT(distance(ray.origin, {0.5, 0, 0.1}), rounding);
   EXPECT_LT(distance(ray.direction, {-1, 0, 0}), rounding);
-  // From the Sun towards the centre at -x, North at +z, the left is -y.
+  // The Sun looks towards the centre at -x, North is +z, and the left is -y.
   EXPECT_LT(distance(camera.ray(4 - 9.0 / 4, 2)->direction, {0, -1, 0}), rounding);
   EXPECT_LT(distance(camera.ray(4, 4.5)->direction, {0, 0, 1}), rounding);
   EXPECT_FALSE(camera.pixel({0.5, 0, 0.1}).has_value());

@@ -12,7 +12,7 @@ namespace {
 using test::message_of;
 using test::parameters_of;
 
-/// What is wrong with a table, and the numbers of flagged rows, "1 3".
+/// The error about a table, and the numbers of flagged rows, as "1 3".
 struct Result {
   std::string error;
   std::string rows;
@@ -80,7 +80,7 @@ TEST(SuspiciousValues, AnotherColumnMayTellTheSame) {
   EXPECT_EQ(check("ra,dec,redshift,distance\n1,2,0.1,\n1,2,,400\n").error, "");
   EXPECT_EQ(check("ra,dec,redshift,distance\n1,2,0.1,\n1,2,,\n").error,
             "c.csv:3:5: redshift has no value (row 2)" + skip);
-  // A column without any value is none.
+  // A column without any value counts as absent.
   EXPECT_EQ(check("ra,dec,redshift\n1,2,\n1,2,\n").error, "");
 }
 
@@ -95,7 +95,7 @@ TEST(SuspiciousValues, StarsAndRoundGalaxiesNeedLess) {
             "c.csv:3:10: apparent_magnitude has no value (column mag_r, row 2)" + skip);
 }
 
-// In a catalogue that is made for gamer, an empty cell means the default.
+// In a catalogue with a column `galaxy`, which is made for gamer, an empty cell means the default.
 TEST(SuspiciousValues, GalaxyColumn) {
   const std::string table = "galaxy,ra,dec,magnitude,redshift\nE,1,2,-20,0.1\nE,1,2,-20,\n";
   EXPECT_EQ(check(table, "").error, "");

@@ -1,4 +1,4 @@
-// Against WCSLIB.
+// TangentPlane agrees with WCSLIB.
 
 #include "scene/tangent_plane.h"
 
@@ -36,7 +36,7 @@ std::string header(const std::string& projection, const std::vector<std::string>
   return text;
 }
 
-/// Largest differences of directions and of pixels, in a square of pixels.
+/// The largest differences of directions and of pixels in a square of pixels.
 struct Differences {
   double direction = 0, pixel = 0;
 };
@@ -72,7 +72,7 @@ TEST(TangentPlane, IsTheGnomonicProjectionOfViews) {
         view.rotation = rotation;
         view.width = view.height = side;
         const Differences found = differences(CelestialWcs(view), side);
-        // A right ascension of 360 deg has a step of 2^-44 deg.
+        // Right ascensions near 360 deg have steps of 2^-44 deg.
         EXPECT_LT(found.direction, 8 * epsilon) << scale << " " << center.dec << " " << rotation;
         const double pixel = scale / 3600 * std::numbers::pi / 180;
         EXPECT_LT(found.pixel, 1e-12 + 8 * epsilon / pixel)

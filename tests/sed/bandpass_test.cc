@@ -59,7 +59,7 @@ const std::vector<Shipped> shipped_bands = {
     {"hst_f606w", 5919, 5958, 1996, 5919.396805, 5957.971051, 1996.6, 0.3394959111, 0.479},
     {"hst_f814w", 8060, 8087, 1738, 8059.836176, 8087.299177, 1737.125, 0.2162629641, 0.45},
     {"euclid_vis", 7104, 7181, 3433, 7103.81225, 7180.969704, 3432.75, 0.4884749766, 0.76},
-    // Our own.
+    // This band is GAMER's own.
     {"red_halpha", 7137, 0, 0, 7137.42916, 7173.47846, 654.6, 0.09217691689, 1}};
 
 TEST(ShippedBandpasses, AreThoseOfTheTable) {
@@ -80,7 +80,7 @@ TEST(ShippedBandpasses, CheckValues) {
     EXPECT_NEAR(band->mean() / expected.exact_mean, 1, digits) << expected.name;
     EXPECT_NEAR(band->width() / expected.exact_width, 1, digits) << expected.name;
     EXPECT_NEAR(band->log_width() / expected.exact_log_width, 1, digits) << expected.name;
-    // The table is of the longer curves, to 1 Angstrom, and its widths are of curves with peak 1.
+    // The table has the longer curves, to 1 Angstrom, with widths of curves of peak 1.
     EXPECT_NEAR(band->pivot(), expected.pivot, 0.7) << expected.name;
     if (expected.mean == 0) continue;
     EXPECT_NEAR(band->mean(), expected.mean, 0.6) << expected.name;
@@ -88,7 +88,7 @@ TEST(ShippedBandpasses, CheckValues) {
   }
 }
 
-// Properties that hold for any band.
+// These properties hold for any band.
 TEST(ShippedBandpasses, NodesLieInsideTheRangeAndIntegrateTheResponse) {
   for (const std::string& name : shipped_names("bandpasses", ".band")) {
     const auto band = shipped_band(name);
@@ -146,7 +146,7 @@ TEST(Bandpass, MomentsOfABox) {
   }
 }
 
-// T rises as (lambda - a)/h: exact for f up to the fourth power of wavelength.
+// With T = (lambda - a)/h, integrals of f are exact up to the fourth power of wavelength.
 TEST(Bandpass, NodesIntegratePolynomialsExactly) {
   constexpr double a = 1003;
   constexpr double h = 777;
@@ -196,7 +196,7 @@ TEST(ParseBandpass, ReadsPhotonsAndThroughput) {
   EXPECT_EQ(parse_bandpass(head + "500 0\n600 1\n", "x.band", "x")->throughput(), 1);
 }
 
-// Per photon, energy response E falls as E/lambda; the largest value stays.
+// A response per energy E becomes one per photon as E/lambda, with the largest value unchanged.
 TEST(ParseBandpass, ConvertsEnergy) {
   const auto band = parse_bandpass(
       "# wavelength: um\n# response: energy\n0.5 0\n0.6 0.9\n0.8 0.8\n0.9 0\n", "x.band", "x");

@@ -29,7 +29,8 @@ TEST(Cosmology, CheckValues) {
   }
 }
 
-// FlatLambdaCDM(H0, Om0, Tcmb0=0) of astropy 5.2.1, to the ten digits printed.
+// The values are those of FlatLambdaCDM(H0, Om0, Tcmb0=0) of Astropy 5.2.1, to the ten digits
+// printed.
 TEST(Cosmology, AgreesWithAstropy) {
   struct Row {
     double h0, omega_m, z, comoving, luminosity, modulus;
@@ -40,7 +41,7 @@ TEST(Cosmology, AgreesWithAstropy) {
                                  {70, 0.3, 1100, 13683.51051, 15065545.07, 60.88992425},
                                  {67.4, 0.315, 0.1, 434.1109946, 477.5220941, 38.39496735},
                                  {67.4, 0.315, 2, 5312.075392, 15936.22618, 46.01192742}};
-  // In units of the tenth digit of a number that starts with 1.
+  // The unit is the tenth digit of a number that starts with 1.
   constexpr double digits = 5e-10;
   for (const Row& row : rows) {
     const Cosmology cosmology(row.h0, row.omega_m);

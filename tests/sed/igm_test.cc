@@ -9,7 +9,7 @@
 namespace gamer {
 namespace {
 
-// The sum in the header's comment in 30-digit arithmetic.
+// The values are the sum in the header's comment, in 30-digit arithmetic.
 TEST(Madau95, CheckValues) {
   struct Row {
     double wavelength, redshift, transmission;
@@ -74,7 +74,8 @@ TEST(Madau95, OneWhereNothingAbsorbs) {
   }
 }
 
-// The approximations of the continuum let it fall down to 74 Angstrom in the rest frame.
+// With the approximate continuum, transmission falls with redshift only above 74 Angstrom in the
+// rest frame.
 TEST(Madau95, WithinZeroAndOneAndFallsWithRedshift) {
   for (double wavelength = 10; wavelength < 12000; wavelength *= 1.01) {
     double nearer = 1;
@@ -96,17 +97,18 @@ TEST(Madau95, StepsOnlyAtTheLines) {
     return std::log(madau95_transmission(wavelength * (1 + offset), redshift) /
                     madau95_transmission(wavelength, redshift));
   };
-  // The line's own depth ends: A_j (1+z)^3.46.
+  // The depth of a single line ends here: A_j (1+z)^3.46.
   EXPECT_NEAR(step(1216 * 4), 0.0036 * std::pow(4, 3.46), 3e-9);
   EXPECT_NEAR(step(1026 * 4), 0.0017 * std::pow(4, 3.46), 3e-9);
   EXPECT_NEAR(step(973 * 4), 0.0012 * std::pow(4, 3.46), 3e-9);
   EXPECT_NEAR(step(950 * 4), 0.00093 * std::pow(4, 3.46), 3e-9);
-  // The continuum starts from nothing, and where absorbers reach the observer nothing jumps.
+  // The continuum starts from 0, and the transmission has no step where absorbers reach the
+  // observer.
   EXPECT_NEAR(step(912 * 4), 0, 4e-9);
   EXPECT_NEAR(step(912), 0, 4e-9);
 }
 
-// Between kinks the transmission is smooth: three points predict the fourth.
+// The transmission is smooth between kinks: three points predict the fourth.
 TEST(Madau95, KinksAreAllWhereItBends) {
   for (const double z : {0.0, 0.2, 3.0, 6.0}) {
     const auto kinks = madau95_kinks(z);

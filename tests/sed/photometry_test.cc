@@ -25,8 +25,8 @@ double magnitude(const Sed& sed, const std::string& band) {
   return magnitude_cgs(band_flux(sed, *shipped_band(band), 0));
 }
 
-// docs/facts.md section 2: colours of the full templates and what the compact ones add to them.
-// Both are rounded to 0.001; 0.02 is asked for.
+// docs/facts.md section 2 has the colours of the full templates, and the changes by the compact
+// ones. Both are rounded to 0.001; the required accuracy is 0.02.
 TEST(Photometry, ColoursOfTheTemplates) {
   struct Pair {
     std::string blue, red;
@@ -129,14 +129,14 @@ TEST(Photometry, BandFluxOfTemplates) {
                                  {"Im", "sdss_i", 6, Igm::madau95, 4463154.69937}};
   for (const Row& row : rows) {
     const auto band = shipped_band(row.band);
-    // Twelve digits are given; with the IGM the integrand is no polynomial.
+    // The values have twelve digits; with the IGM the integrand is no polynomial.
     EXPECT_NEAR(band_flux(*shipped_sed(row.sed), *band, row.redshift, row.igm) / row.flux, 1,
                 row.igm == Igm::none ? 4e-12 : 5e-10)
         << row.sed << ' ' << row.band << " at " << row.redshift;
   }
 }
 
-// The midpoint rule knows nothing of pieces. Its error is a share of one of its steps at each edge.
+// The midpoint rule ignores pieces. Its error at each edge is a share of one of its steps.
 TEST(Photometry, BandFluxIsTheIntegralAtAnyRedshift) {
   constexpr int steps = 40000;
   double largest = 0;
@@ -172,7 +172,7 @@ TEST(Photometry, PowerLaws) {
       const auto fnu = analytic("flat_fnu");
       EXPECT_NEAR(band_flux(*fnu, *band, z) / (5500.0 * 5500 * (1 + z)), 1, 5e-15) << name;
       EXPECT_NEAR(monochromatic_flux(*fnu, 4321, z) / (5500.0 * 5500 * (1 + z)), 1, 5e-16);
-      // The pivot wavelength is where f_lambda and the average f_nu belong together.
+      // At the pivot wavelength f_lambda corresponds to the average f_nu.
       const auto flat = analytic("flat");
       EXPECT_NEAR(band_flux(*flat, *band, z) * (1 + z) / (band->pivot() * band->pivot()), 1, 2e-15)
           << name;
@@ -186,7 +186,7 @@ TEST(Photometry, PowerLaws) {
   }
 }
 
-// A colour of the same light: K_QR(0) = M_Q - M_R.
+// At z = 0 the K correction between two bands is the colour: K_QR(0) = M_Q - M_R.
 TEST(Photometry, KCorrectionAtRestIsTheColour) {
   for (const std::string& name : shipped_names("seds", ".sed")) {
     const auto sed = shipped_sed(name);
@@ -250,14 +250,14 @@ TEST(Photometry, IgmDimsByItsTransmission) {
 TEST(Photometry, Covers) {
   const auto e = shipped_sed("E");
   EXPECT_TRUE(covers(*e, *shipped_band("sdss_u"), 0));
-  // The templates are known from 91 to 25000 Angstrom, u from 3050 and z to 11100.
+  // The templates cover 91 to 25000 Angstrom; u begins at 3050 and z ends at 11100 Angstrom.
   EXPECT_TRUE(covers(*e, *shipped_band("sdss_u"), 3050.0 / 91 - 1.001));
   EXPECT_FALSE(covers(*e, *shipped_band("sdss_u"), 3050.0 / 91 - 0.999));
   EXPECT_TRUE(covers(*analytic("flat"), *shipped_band("sdss_u"), 1000));
   const Bandpass k("k", {20000, 22000, 25001}, {0, 1, 0});
   EXPECT_FALSE(covers(*e, k, 0));
   EXPECT_TRUE(covers(*e, k, 0.001));
-  // Rows without response do not count.
+  // Rows without response need not be covered.
   EXPECT_TRUE(covers(*e, Bandpass("k", {20000, 22000, 24000, 26000}, {0, 1, 0, 0}), 0));
   for (const std::string& sed : shipped_names("seds", ".sed")) {
     for (const std::string& band : shipped_names("bandpasses", ".band")) {

@@ -24,8 +24,8 @@ std::string sed_error(const std::string& text) {
   return error_text([&] { parse_sed(text, "x.sed", "x"); });
 }
 
-// The nodes where the shipped templates differ most from their neighbours, from docs/facts.md
-// section 2.
+// The nodes where the shipped templates differ most from their neighbours (docs/facts.md section
+// 2).
 TEST(ShippedSeds, AgreeWithTheTable) {
   struct Row {
     double wavelength;
@@ -68,7 +68,8 @@ TEST(ParseSed, NormalisesAt5500) {
   EXPECT_EQ(sed->range().high, 7000);
 }
 
-// A constant f_nu or photon rate stays one between two rows; a slope is that of the given quantity.
+// A constant f_nu or photon rate stays constant between two rows; a slope is that of the given
+// quantity.
 TEST(ParseSed, ConvertsFnuAndPhotons) {
   const auto fnu = parse_sed("# wavelength: nm\n# flux: fnu\n100 3\n2000 3\n", "x.sed", "x");
   const auto photons =
@@ -122,7 +123,8 @@ TEST(AnalyticSeds, FlatAndPowerLaws) {
   EXPECT_EQ(analytic("flat_fnu")->name(), "flat_fnu");
 }
 
-// Ratios of Planck's law in 40-digit arithmetic, hc/k = 0.01438776877503933 m K.
+// The values are ratios of Planck's law in 40-digit arithmetic, with hc/k = 0.01438776877503933 m
+// K.
 TEST(AnalyticSeds, Blackbody) {
   struct Case {
     std::string name;
@@ -140,7 +142,7 @@ TEST(AnalyticSeds, Blackbody) {
                                    {"blackbody(40 K)", 600000, 1.708494592843149e+271},
                                    {"blackbody(5800 K)", 1e7, 1.822610581114649e-12}};
   for (const Case& c : cases) {
-    // The exponent, up to 650, carries its rounding into the flux.
+    // The exponent is up to 650, and its rounding grows by as much in the flux.
     EXPECT_NEAR(analytic(c.name)->flux(c.wavelength) / c.flux, 1, 1.4e-13)
         << c.name << " at " << c.wavelength;
     EXPECT_EQ(analytic(c.name)->flux(5500), 1) << c.name;
@@ -152,7 +154,7 @@ TEST(AnalyticSeds, BlackbodyPeaksWhereWienSays) {
   for (const double temperature : {100.0, 5800.0, 1e6}) {
     const auto sed = analytic("blackbody(" + std::to_string(temperature) + " K)");
     const double peak = wien / temperature;
-    // Vertex of the parabola through three points around the peak, as a relative shift.
+    // The vertex of the parabola through three points around the peak, as a relative shift.
     constexpr double h = 1e-3;
     const double low = std::log(sed->flux(peak * std::exp(-h)));
     const double middle = std::log(sed->flux(peak));

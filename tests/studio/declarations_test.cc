@@ -72,7 +72,7 @@ TEST(Declarations, SayWhatAKeyNeeds) {
   EXPECT_TRUE(needs("kinds.disk.rh").empty());
   EXPECT_EQ(needs("camera.width")[0],
             Json::parse(R"({"key": "projection", "values": ["orthographic"], "excluded": false})"));
-  // What is needed is a parameter, too.
+  // Every key that another key needs is a declared parameter.
   for (const auto& [name, one] : all) {
     const std::string place = name.substr(0, name.size() - one["name"].get<std::string>().size());
     for (const Json& need : one.value("needs", Json::array())) {
@@ -101,7 +101,7 @@ TEST(Declarations, UsualRangesAreUsual) {
     }
     if (!one["default"].is_number()) continue;
     const double usual = one["default"].get<double>();
-    // A logarithmic slider of what may be 0 has a place of its own for it.
+    // A logarithmic slider of a value that may be 0 has an extra position for 0.
     if (one["scale"].get<std::string>() != "log" || usual > 0) {
       EXPECT_GE(usual, low) << name;
     }

@@ -52,7 +52,7 @@ std::string problem(const std::function<void(DraftRequest&)>& change) {
   return "";
 }
 
-/// The codes of packed_slices() without variants: [number of the voxel][voxel].
+/// The codes that packed_slices() packs when there are no variants: [number of the voxel][voxel].
 std::vector<int> unpacked(const std::string& packed, std::size_t nodes, std::size_t slices) {
   const std::size_t numbers = nodes * nodes * slices * 4, plane = numbers / 4;
   std::string bytes(2 * numbers, '\0');
@@ -77,7 +77,7 @@ double value_of(std::uint16_t half) {
   return exponent == 0 ? std::ldexp(mantissa, -24) : std::ldexp(1024 + mantissa, exponent - 25);
 }
 
-/// A number of a voxel.
+/// One of the numbers of a voxel.
 double number_at(const Draft& draft, int x, int y, int z, std::size_t number) {
   const std::size_t voxel = (std::size_t(z) * std::size_t(draft.axes[1].nodes) + std::size_t(y)) *
                                 std::size_t(draft.axes[0].nodes) +
@@ -85,7 +85,7 @@ double number_at(const Draft& draft, int x, int y, int z, std::size_t number) {
   return value_of(draft.voxels[voxel * Draft::numbers + number]);
 }
 
-/// The integrals over x of hat functions of the index about each node, by the midpoint rule.
+/// The integrals over x of the hat functions of all nodes, by the midpoint rule.
 std::vector<double> weights(const DraftAxis& axis) {
   constexpr int steps = 64;
   std::vector<double> result(std::size_t(axis.nodes), 0.0);
@@ -140,7 +140,7 @@ TEST(Half, IsTheNearestOfIeee754) {
 TEST(Draft, LightIsTheIntegralOfTheDisk) {
   const Draft draft = draft_of(smooth_galaxy());
   const std::vector<double> z = weights(draft.axes[2]), places = draft.axes[0].places();
-  // The trapezoidal rule in the index.
+  // Weights along x and y by the trapezoidal rule in the index.
   std::vector<double> x;
   for (const double place : places) x.push_back(1 / draft.axes[0].density(place));
   EXPECT_TRUE(draft.variants.empty());
@@ -159,7 +159,7 @@ TEST(Draft, LightIsTheIntegralOfTheDisk) {
   EXPECT_EQ(draft.centre, glm::dvec3(1, 2, 3));
 }
 
-// Through the middle of the layer the optical depth is exp(-r/rh) of that of the parameter.
+// The optical depth through the layer is that of the parameter times exp(-r/rh).
 TEST(Draft, DepthIsThatOfTheLayer) {
   const Draft draft = draft_of(smooth_galaxy());
   const std::vector<double> z = weights(draft.axes[2]);
@@ -212,7 +212,7 @@ TEST(Draft, SlicesAreMessages) {
     for (std::size_t i = 0; i < codes.size(); ++i) {
       const std::size_t place = i % (count * slice / 4) * 4 + i / (count * slice / 4);
       const double own = value_of(draft.voxels[first * slice + place]);
-      // Six bits of the mantissa stay, and multiples of 2^-20 of subnormal numbers.
+      // Normal numbers keep six bits of the mantissa, and subnormal numbers multiples of 2^-20.
       ASSERT_NEAR(value_of(static_cast<std::uint16_t>(16 * codes[i])), own,
                   std::max(own * 0x1p-7, 0x1p-21));
     }

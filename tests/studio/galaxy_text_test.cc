@@ -101,14 +101,14 @@ TEST_P(ShippedText, EveryNewKeyIsAddedAndTakenAwayAgain) {
         return one.get<std::string>() == name;
       });
       if (value.is_null() || name == "noise" || is_given) continue;
-      // Without noise, its keys would bring one.
+      // In a component without noise, a key of noise would add noise.
       const bool has_noise = before["components"][c]["values"].value("noise", false);
       if (name.starts_with("noise.") && !has_noise) continue;
       const std::string text2 = edited(text, {SetEdit{c, name, value.dump()}});
       EXPECT_NE(text2, text) << name;
       EXPECT_EQ(comments(text2), comments(text)) << name;
       std::string text3 = edited(text2, {ResetEdit{c, name}});
-      // A table that was made for the key stays.
+      // The table that was made for the key remains.
       const std::string table = "noise = {}\n";
       if (text3 != text && name.starts_with("noise.")) {
         const std::size_t at = text3.find(table);
@@ -286,7 +286,7 @@ TEST(GalaxyText, ArmsAreAddedClonedMovedAndDeleted) {
   const std::string a = "# first\n[[arm]] # a\noffset = 0\n\n", b = "[[arm]]\noffset = 100\n\n";
   const auto list = TextList::arms;
   const std::string text = head + a + b + tail;
-  // The widest gap is between 100 and 360.
+  // The widest gap between arms is from 100 to 360 degrees.
   const std::string added = "[[arm]]\noffset = 230\n\n";
   EXPECT_EQ(edited(text, {AddArmEdit{}}), head + a + b + added + tail);
   EXPECT_EQ(edited(text, {AddArmEdit{}, DeleteEdit{2, list}}), text);
@@ -373,7 +373,7 @@ TEST(GalaxyText, WhatHasNoMeaningIsAnError) {
 }
 
 TEST(GalaxyText, UnknownFormsAreLeftAlone) {
-  // The tables of the first component stand behind another section.
+  // The table [component.noise] follows another section.
   const std::string text =
       "[[component]]\nclass = \"disk\"\nsed = \"Sbc\"\n[galaxy]\nname = \"x\"\n"
       "[component.noise]\nk0 = 1\n";

@@ -25,7 +25,7 @@ const char* const parameters =
     "target = [0.25, 0.1, 0]\nwidth = 0.08\n[spectrum]\nwavelengths = [5500, 4400]\n"
     "[sampling]\ntolerance = 0.05\n";
 
-/// The lines of a table; keys "noise.x" are those of its noise.
+/// The text of a table of keys and values; a key "noise.x" goes into its noise.
 std::string table_text(const Lines& lines) {
   std::string text, noise;
   bool has_noise = true;
@@ -42,13 +42,13 @@ std::string table_text(const Lines& lines) {
   return noise.empty() ? text : text + fmt::format("noise = {{{}}}\n", noise);
 }
 
-/// What is seen of a galaxy, or why it is refused.
+/// The pixels of a galaxy, or the reason of its refusal.
 struct Seen {
   std::vector<double> pixels;
   std::string refusal;
 
   bool is_refused() const { return !refusal.empty(); }
-  /// Whether the pixels are those of another, to rounding.
+  /// Whether the pixels equal those of another, to rounding.
   bool is_as(const Seen& other) const {
     const double most = *std::ranges::max_element(other.pixels);
     for (std::size_t i = 0; i < pixels.size(); ++i) {
@@ -58,7 +58,7 @@ struct Seen {
   }
 };
 
-/// The view of a galaxy of a disk and one more component.
+/// The view of a galaxy with a disk and one more component.
 Seen seen(const Session& session, const Lines& arms, const Lines& component,
           const std::string& more = "") {
   const std::string galaxy =
@@ -91,7 +91,7 @@ Lines least_of(const ComponentKind& kind) {
   return lines;
 }
 
-/// Another value than the default; none where only a name would do.
+/// A value other than the default; none where only a name would do.
 std::optional<std::string> other_value(const Parameter& parameter) {
   switch (parameter.type) {
     case ParameterType::boolean:
@@ -132,7 +132,8 @@ std::string quoted(const std::string& value) {
   return is_bare ? value : '"' + value + '"';
 }
 
-/// A value of a selector with which its key does not matter; none where it is the name of a file.
+/// A value of a selector for which its key does not matter; none where the selector is a file's
+/// name.
 std::optional<std::string> failing_value(const KeyUse& use, const ParameterTable& table) {
   if (use.is_excluded) return quoted(use.values.front());
   if (use.selector == "noise") return "false";
@@ -172,7 +173,7 @@ TEST(KeyUses, WithoutWhatAKeyNeedsItIsRefusedOrWithoutEffect) {
       if (!value || !failing) continue;
       Lines arms = arms_of("ringermacher-mead"), lines = least_of(kind);
       if (use.selector == "arms.model") {
-        if (kind.name.starts_with("veins")) continue;  // they need arms
+        if (kind.name.starts_with("veins")) continue;  // veins need arms
         arms = arms_of("none");
       } else {
         lines[use.selector] = *failing;
@@ -190,7 +191,8 @@ TEST(KeyUses, WithoutWhatAKeyNeedsItIsRefusedOrWithoutEffect) {
 
 TEST(KeyUses, EveryOtherKeyMatters) {
   const Session session(2);
-  // Names, alternatives to others, the truth table alone, and what normalisation takes out.
+  // Names, alternatives to other keys, keys of the truth table, and keys that normalisation
+  // cancels.
   const std::set<std::string> others = {"name", "bulge", "number", "radius", "class"};
   for (const ComponentKind& kind : component_kinds()) {
     const std::vector<KeyUse> uses = component_key_uses(kind);
@@ -202,7 +204,7 @@ TEST(KeyUses, EveryOtherKeyMatters) {
       const bool has_use = std::ranges::count(uses, parameter.name, &KeyUse::key) > 0;
       const bool is_of_noise = parameter.name.starts_with("noise.");
       if (!value || others.contains(parameter.name) || parameter.name == "fraction") continue;
-      // Any key of a noise needs noise; those that need more have two uses.
+      // Every key of noise needs noise; a key that needs more has two uses.
       if (std::ranges::count(uses, parameter.name, &KeyUse::key) > (is_of_noise ? 1 : 0) && has_use)
         continue;
       Lines changed = lines;
@@ -236,7 +238,7 @@ TEST(KeyUses, ArmsHaveThoseOfTheirModel) {
       for (const Parameter& parameter : table) {
         if (parameter.name == "model" || parameter.name == "seed") continue;
         Lines changed = arms;
-        // A key that is given may change how arms are followed, whatever its value.
+        // A given key may change how arms are followed, whatever its value.
         Seen before = plain;
         if (std::holds_alternative<double>(parameter.default_value)) {
           changed[parameter.name] = value_text(parameter.default_value);

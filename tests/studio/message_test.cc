@@ -8,7 +8,7 @@
 namespace gamer {
 namespace {
 
-/// The message of the error that a text gives.
+/// The message of the error for a text.
 std::string problem(const std::string& text) {
   try {
     parse_message(text);
@@ -107,7 +107,7 @@ TEST(Message, ValuesOfEditsAreToml) {
   EXPECT_EQ(value(R"("\" # = [")"), R"("\" # = [")");
 }
 
-TEST(Message, WrongOnes) {
+TEST(Message, WrongMessagesAreErrors) {
   EXPECT_EQ(problem(""), "a message is no JSON");
   EXPECT_EQ(problem("{"), "a message is no JSON");
   EXPECT_EQ(problem("[1]"), "a message is no object");
@@ -122,7 +122,7 @@ TEST(Message, WrongOnes) {
             "'galaxy_text' has NUL bytes");
   EXPECT_EQ(problem(std::string(100000, '[')), "a message is nested too deep");
   EXPECT_EQ(problem(std::string(most_message_bytes + 1, ' ')), "a message is too long");
-  // Brackets of strings do not count.
+  // Brackets within strings are not counted.
   EXPECT_EQ(problem(R"({"id":1,"op":"[[[[[[[[[[[[[[[[[[[[[[[[[[[[\"[[["})"),
             R"(there is no operation '[[[[[[[[[[[[[[[[[[[[[[[[[[[["[[[')");
   // Bytes that are not UTF-8.

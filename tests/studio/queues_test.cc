@@ -18,7 +18,7 @@
 namespace gamer {
 namespace {
 
-/// A page that runs a function at each message, and waits for a number of them.
+/// A page that runs a function for each message, and waits for a number of messages.
 class RecordingPage : public Page {
  public:
   explicit RecordingPage(std::function<void(const std::string&)> at_message = {})

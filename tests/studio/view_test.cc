@@ -115,7 +115,7 @@ TEST_F(View, ComponentsAddUpToTheImage) {
   EXPECT_EQ(frame.head["planes"][2]["component"], 1);
   EXPECT_EQ(frame.head["planes"][2]["name"], "arms");
   const Image own = image(request.document);
-  // Sums in single precision: each number has half a unit in its last place.
+  // Sums have single precision: each number is rounded by half a unit in its last place.
   constexpr double rounding = 2.0 / (1 << 24);
   for (std::size_t i = 0; i < frame.planes[0].size(); ++i) {
     for (const std::size_t p : {0u, 1u}) {
@@ -203,7 +203,7 @@ TEST_F(View, StripsAreRowsOfTheImage) {
   const auto take = [&](const std::string& bytes, bool) { frames_of_rows.push_back(bytes); };
   take(render_view(session, label, 5, request, Cancellation(), take), true);
   ASSERT_GT(frames_of_rows.size(), 3u);
-  // All rows were sent, so that the last message has none.
+  // The last message has no rows, since all were sent.
   const Frame end = decode(frames_of_rows.back());
   EXPECT_EQ(end.head["rows"].get<int>(), 0);
   EXPECT_TRUE(end.head["last"].get<bool>());

@@ -1,4 +1,4 @@
-"""Films: each frame is the image that it would be alone, for any ranks, also after an interruption.
+"""Films: each frame equals a single image of its camera, for any ranks and after interruptions.
 
 animation_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -8,7 +8,7 @@ import unittest
 from gamer_job import Job, size_of
 from gamer_program import ENVIRONMENT, RANKS, Folder, main
 
-# DATE is the only thing in a file that is not the job's.
+# DATE is the only card that does not follow from the job.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 
 FRAMES = 5
@@ -101,7 +101,7 @@ class Film(unittest.TestCase):
                 self.assertEqual((kept.returncode, kept.stderr), (0, ""))
                 for name in (name for name in sorted(films) if name.startswith("film_0002")):
                     whole = films[name]
-                    # A bit of the last pixels or of the last table.
+                    # The damaged bit is in the last pixels or in the last table.
                     damaged = bytearray(whole)
                     damaged[-2000] ^= 1
                     folder.write(name, bytes(damaged))
@@ -132,7 +132,7 @@ class Film(unittest.TestCase):
                             kills += 1
                         else:
                             self.assertEqual(job.process.returncode, 0)
-                # The later ones may come too late.
+                # The last kills may come after the end of the job.
                 self.assertGreaterEqual(kills, 3)
                 self.assertEqual(folder.film(*size, "--resume", ranks=ranks), expected)
                 self.assertEqual([name for name in folder.content() if name.endswith(".journal")], [])
@@ -188,7 +188,7 @@ class Film(unittest.TestCase):
             after = folder.content()
             self.assertEqual(sorted(after), sorted(before))
             changed = [name for name in after if after[name] != before[name]]
-            # The first frame is the same in both.
+            # The first frame is equal in both films.
             self.assertEqual(sorted(changed), NAMES[1:3])
             self.assertEqual(folder.run(*ARGUMENTS, "--overwrite").stderr, "")
 
@@ -209,8 +209,8 @@ class Film(unittest.TestCase):
                     self.assertGreaterEqual(min(shares), 0)
                     self.assertLess(sum(shares), 100.5)
                     self.assertGreater(sum(shares), 99.5 - float(row[9]))
-                # A relative image has one ray per pixel, none where nothing is, and more at the centres
-                # of bulges.
+                # A relative image has one ray per pixel, no ray where nothing is, and more rays at the centres of
+                # bulges.
                 self.assertRegex(lines[-1], r"^gamer: per pixel (0\.[3-9]\d|[1-5]\.\d\d) rays, ")
 
     def test_bad_input_says_what_is_wrong(self):

@@ -49,7 +49,7 @@ SKY_SCENE = """galaxy dx dy redshift size_kpc magnitude
 spiral 0 0 {redshift} 10 {magnitude}
 """
 
-# What is wrong: (changed files, command line, how the message begins, what it also says).
+# Each case is (changed files, command line, beginning of the message, what the message also says).
 CASES = {
     "unknown key": (parameters("[spectrum]\nwavelenghts = [1]\n"), ARGUMENTS,
                     "render.par:2:1: unknown key 'wavelenghts'", "did you mean 'wavelengths'?"),
@@ -106,7 +106,7 @@ CASES = {
                                "outside [0, 1000]"),
     "conflicting radii": (galaxy("effective_radius", "radius = 0.1\neffective_radius"), ARGUMENTS,
                           "spiral.toml:", "effective_radius"),
-    # Known when textures are measured, by whichever rank.
+    # This error is found when textures are measured, by any rank.
     "dark texture": (galaxy('"Sbc"\nnoise = {octaves = 2}',
                             '"Sbc"\nnoise = {theta = "linear", offset = -10}'), ARGUMENTS,
                      "spiral.toml:7:1: component 'arms': ", "the noise is zero or infinite"),
@@ -245,7 +245,7 @@ class BadInput(unittest.TestCase):
 
     @unittest.skipIf(len(RANKS) == 1, "built without MPI")
     def test_under_mpirun(self):
-        # Every third input: rank 0 alone reads and reports, and the others end.
+        # Every third input suffices: rank 0 alone reads and reports, and the other ranks end.
         self.check_all(list(CASES)[::3], 3)
 
     def test_the_good_input_is_good(self):
@@ -394,7 +394,7 @@ class BadInput(unittest.TestCase):
             os.symlink("list.png", folder.path / "film_0002.png")
             self.check_refused(folder, "view.png", "list.png", "-o", "film.png", *film,
                                begin="output 'film_0002.png': this is the file 'list.png'", also="")
-            # A name that no output has.
+            # These names have no ending of an output file.
             for name in ("render.par", "scene.lst"):
                 self.check_refused(folder, *ARGUMENTS, "-o", name,
                                    begin=f"output '{name}': this is the file '{name}'", also="")
@@ -426,7 +426,7 @@ class BadInput(unittest.TestCase):
                     folder.write("again.par", header.replace("sky.fits[0]", name + hdu))
                     self.check_refused(folder, "again.par", "scene.lst", "-o", name,
                                        begin=f"output '{name}': this is the file '{name}'", also="")
-            # An image is made again in its place.
+            # An image may replace the file whose record it is made from.
             result = folder.run("--from-header", "sky.fits", "--overwrite")
             self.assertEqual(result.returncode, 0, result.stderr)
 

@@ -40,7 +40,7 @@ class Cache(unittest.TestCase):
                 self.assertEqual(len(made), 1)
                 for again in RANKS:
                     self.assertEqual(self.image(ranks=again), self.expected)
-                # A file that is replaced has another inode.
+                # A replaced file would have another inode.
                 self.assertEqual({path: path.stat().st_ino for path in self.files()}, made)
 
     def test_damaged_files_are_made_again(self):

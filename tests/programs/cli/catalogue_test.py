@@ -1,4 +1,4 @@
-"""One sky from every kind of catalogue.
+"""Catalogues of every format give the same sky.
 
 catalogue_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -6,7 +6,7 @@ catalogue_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 import io
 import unittest
 
-from sky_program import SkyFolder, WrongInputs, nanojansky, toml  # First: the Python.
+from sky_program import SkyFolder, WrongInputs, nanojansky, toml  # First: chooses the Python.
 
 import numpy as np
 from astropy.io import fits
@@ -25,7 +25,7 @@ def parameters(catalogue=None):
                 catalogue=catalogue or {})
 
 
-# Right ascensions of few bits, so that hours make the same degrees.
+# Right ascensions have few bits, so that values in hours are exactly those in degrees.
 HOUR = 15
 STEP = 2.0 ** -17
 FIELD = Table({
@@ -40,7 +40,7 @@ FIELD = Table({
 
 
 def table_bytes(table):
-    """As FITS."""
+    """The bytes of a FITS file with the table."""
     stream = io.BytesIO()
     fits.HDUList([fits.PrimaryHDU(), fits.table_to_hdu(table)]).writeto(stream)
     return stream.getvalue()
@@ -57,7 +57,7 @@ class Formats(unittest.TestCase):
             folder.render("sky.par", name)
             pixels, _ = folder.image("out.fits")
             scene = fits.getdata(folder.path / "out.fits", "SCENE")
-            # What the record holds makes it again.
+            # The record in the image suffices to make it again.
             (folder.path / name).unlink()
             (folder.path / "out.fits").rename(folder.path / "first.fits")
             folder.render("--from-header", "first.fits")
@@ -88,7 +88,7 @@ class Formats(unittest.TestCase):
                    catalogue={"ra": "RAJ2000", "dec": "DEJ2000", "redshift": "=0.1"})
 
     def test_identifiers_join_tables(self):
-        """Integers in SCENE and TRUTH, texts where one of them is a word."""
+        """Identifiers are integers in SCENE and TRUTH, and texts where one of them is a word."""
         for ids, kind in ((FIELD["id"], "i"), (["11", "12b", "13", "14"], "U")):
             table = FIELD.copy()
             table["id"] = ids
@@ -110,7 +110,7 @@ class Formats(unittest.TestCase):
         table["size_arcsec"] /= 60
         table["size_arcsec"].unit = "arcmin"
         pixels, _ = self.pixels("sky.fits", table_bytes(table), catalogue={"redshift": "=0.1"})
-        # Single precision, in which light is added up.
+        # Light is added up in single precision.
         difference = np.abs(pixels - self.expected).max() / self.expected.max()
         self.assertLess(difference, 1e-7)
 
@@ -150,7 +150,7 @@ class Formats(unittest.TestCase):
 
 
 class SkyMaker(unittest.TestCase):
-    """Lists of SkyMaker: stars, and galaxies of a bulge and a disk."""
+    """Lists of SkyMaker with stars, and with galaxies that have a bulge and a disk."""
 
     SIDE = 160
     SCALE = 0.25
@@ -184,16 +184,16 @@ class SkyMaker(unittest.TestCase):
         dy, dx = np.mgrid[:self.SIDE, :self.SIDE] + 1.0
         r = np.hypot(dx - x, dy - y) * self.SCALE / length
         expected = nanojansky(19) * (self.SCALE / length) ** 2 * np.exp(-r) / (2 * np.pi)
-        # Beside the cusp, and within the taper.
+        # The range leaves out the pixels at the centre and the taper.
         is_smooth = (r > 0.3) & (r < 7)
         error = np.abs(pixels / expected - 1)[is_smooth].max()
         self.assertLess(error, 0.0025)
 
     def test_inclined_disk(self):
-        # Position angle: of the major axis, from the image's x axis towards y, in views that are
-        # turned, too.
+        # The position angle of the major axis counts from the image's x axis towards y, even in
+        # rotated views.
         row = "200 80 80.5 18.5 0 1 1 0 1.8 0.5 25 0.1 4\n"
-        # What the list says is held, not the quadrature.
+        # The test compares with the list, so that the quadrature's error must be small.
         first = self.render(row, tolerance=5e-4)
         aspect, angle = self.moments(first, 80, 80.5)
         self.assertAlmostEqual(aspect, 0.5, delta=0.0009)
@@ -216,7 +216,7 @@ class SkyMaker(unittest.TestCase):
                               (19 - 2.5 * np.log10(0.75), 0))]
         both, bulge, disk = parts
         self.assertAlmostEqual(both.sum() / (bulge + disk).sum(), 1, delta=2e-4)
-        # A bulge alone ends nearer, and is as much brighter.
+        # A bulge alone has a smaller ball, within which its light is brighter.
         self.assertLess(np.abs(both - bulge - disk).max(), 0.01 * both.max())
 
     def test_a_list_of_both(self):
@@ -260,7 +260,8 @@ class Large(unittest.TestCase):
 
     @unittest.skipUnless(LAUNCHER, "built without MPI")
     def test_textures_of_rows_off_the_image(self):
-        # Rank 0 alone reads the first two, close to the image; the third is of the first's noise.
+        # Rank 0 alone reads the first two rows, which lie beyond the image's edge; the third row
+        # has the first row's noise.
         half = 0.5 * SIZE * SCALE
         rows = [(2 * half, 0, 1), (0, -2 * half, 3), (0.3 * half, 0, 1), (-0.3 * half, 0, 2)]
         scene = "galaxy dx dy seed size_arcsec apparent_magnitude\n" + "".join(
@@ -277,7 +278,7 @@ def case(name, content, begin, also, catalogue=None):
 
 
 def changed(**units):
-    """The field as a table of galaxies, some units changed."""
+    """The field as a table of galaxies, with some units changed."""
     table = FIELD.copy()
     table["galaxy"] = "smooth"
     for name, unit in units.items():
@@ -304,7 +305,7 @@ SEXTRACTOR = """# 1 ALPHA_J2000 ra [deg]
 150 2 20 1e-6
 """
 DISK = "200 30 30 20 0 1 1 0 1 0.8 10 0.1 4\n"
-# The line of the first key of [catalogue].
+# The number of the line with the first key of [catalogue].
 MAPPED = parameters({"galaxy": ""}).splitlines().index('galaxy = ""') + 1
 
 WRONG_INPUTS = {

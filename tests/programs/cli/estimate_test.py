@@ -1,5 +1,5 @@
-"""--dry-run foretells what a job takes. Times are those of the cores, which other work on the machine does
-not change much; the factors are wide for what it does."""
+"""The estimate of --dry-run against what a job takes. Times are CPU times, which other work on the machine changes
+little; the factors allow for this change."""
 
 import math
 import re
@@ -23,7 +23,7 @@ def estimate(folder, *arguments, ranks=1):
 
 
 def real(folder, *arguments, ranks=1):
-    """Seconds of cores, and the peak memory of each rank."""
+    """CPU seconds of the job, and the peak memory of each rank."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     result = folder.run(*arguments, "-v", ranks=ranks)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -35,7 +35,8 @@ def real(folder, *arguments, ranks=1):
 
 class Estimate(unittest.TestCase):
     SCENES = {
-        # A galaxy that fills the image, one that does not, one with drawn stars, and 44 galaxies.
+        # The scenes: one galaxy fills the image, one does not, one field has drawn stars, and one
+        # has 44 galaxies.
         "whole": ("scenes/ngc4321.par", "scenes/ngc4321.lst", "-s", "image.size=200"),
         "small": ("scenes/ngc891.par", "scenes/ngc891.lst", "-s", "image.size=200"),
         "stars": ("scenes/survey.par", "scenes/survey.lst"),
@@ -47,7 +48,7 @@ class Estimate(unittest.TestCase):
             words = [str(SOURCE / word) if word.startswith("scenes") else word
                      for word in arguments] + ["-o", "out.fits", "--overwrite", "-j", "1"]
             with self.subTest(name), Folder() as folder:
-                # Other work on the machine may come between the two: then once more.
+                # Other work on the machine may disturb one of the two; then both are repeated.
                 for _ in range(3):
                     wall, ranks, threads, preparing, rendering, _, memory, _ = estimate(folder,
                                                                                         *words)
@@ -64,7 +65,7 @@ class Estimate(unittest.TestCase):
                 self.assertGreater(peaks[0], memory / 2)
 
     def test_costly_pixels(self):
-        """The estimate is quick, and in proportion to the rays of a pixel."""
+        """The estimate is quick and proportional to the number of rays of a pixel."""
         rendering = {}
         for supersample in (2, 16):
             with Folder() as folder:
@@ -82,7 +83,7 @@ class Estimate(unittest.TestCase):
         for ranks in RANKS[1:]:
             with Folder() as folder:
                 words = ("render.par", "scene.lst", "-s", "image.size=800")
-                # Other work on the machine may come between the two: then once more.
+                # Other work on the machine may disturb one of the two; then both are repeated.
                 for _ in range(3):
                     one = estimate(folder, *words, "-j", "1")
                     many = estimate(folder, *words, "-j", "2", ranks=ranks)
@@ -128,7 +129,7 @@ class Estimate(unittest.TestCase):
             self.assertRegex(result.stdout.splitlines()[0],
                              rf"^would write out.fits: .*, 1 galaxy; {done} of 200 rows are in the journal$")
             self.assertEqual(folder.content(), before)
-            # Other work on the machine may come between the two: then once more.
+            # Other work on the machine may disturb one of the two; then both are repeated.
             for _ in range(3):
                 whole = estimate(folder, *words, "--overwrite")
                 rest = estimate(folder, *words, "--resume")
@@ -161,7 +162,7 @@ class Estimate(unittest.TestCase):
             self.assertIn(f"3 of 3 frames, 200 x 300 pixels, 1 plane, 2 galaxies; {done} of 300 rows of "
                           "1 frame are in journals\n", result.stdout)
             self.assertEqual(folder.content(), before)
-            # The journal's share of three frames of about equal cost is not estimated any more.
+            # The estimate leaves out the share of the three equal frames that the journal holds.
             for _ in range(3):
                 whole = estimate(folder, *words, "--overwrite")
                 rest = estimate(folder, *words, "--resume")
@@ -169,7 +170,7 @@ class Estimate(unittest.TestCase):
                 if abs(rest[4] / whole[4] / expected - 1) < 0.15:
                     break
             self.assertLess(abs(rest[4] / whole[4] / expected - 1), 0.15)
-            # Both objects of the frame's truth are measured.
+            # Both objects of the frame's truth table are measured.
             self.assertLess(rest[5], whole[5])
 
     def test_what_exists_is_told(self):

@@ -81,5 +81,5 @@ with tempfile.TemporaryDirectory() as place:
                         sys.exit(f"{projection} {layout} {planes}: {report.stdout}")
                     made += [path, projection, planes]
                 print(projection, layout, suffix, planes, len(names), "files")
-    # Astropy takes longer to start than to read a file.
+    # One process reads all files, since the start of Astropy takes longer than a file.
     subprocess.run([python, "-c", CHECK, *made], check=True)

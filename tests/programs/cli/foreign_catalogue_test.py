@@ -7,7 +7,7 @@ import gzip
 import io
 import unittest
 
-from sky_program import SkyFolder, WrongInputs, check_wrong_inputs, toml  # First: the Python.
+from sky_program import SkyFolder, WrongInputs, check_wrong_inputs, toml  # First: chooses the Python.
 
 import numpy as np
 from astropy import units
@@ -29,7 +29,7 @@ def parameters(output="out.fits", **catalogue):
                 catalogue={"galaxy": "=smooth", "size_arcsec": "Rad", **catalogue})
 
 
-# The third row lies outside of the image.
+# The third row lies outside the image.
 FIELD = Table({
     "NUMBER": [11, 12, 13, 14],
     "RAJ2000": [150.0, 150.00125, 151.0, 149.9985],
@@ -76,7 +76,7 @@ class Formats(unittest.TestCase):
             return Table.read(folder.path / "out.fits", hdu="SCENE")
 
     def check_scene(self, scene):
-        """Table SCENE has numbers, rows, and the catalogue's other columns."""
+        """Table SCENE has numbers, row numbers and the catalogue's other columns."""
         self.assertEqual(list(scene["row"]), [row + 1 for row in KEPT])
         for own, name, unit in (("ra", "RAJ2000", "deg"), ("dec", "DEJ2000", "deg"),
                                 ("size_arcsec", "Rad", "arcsec"), ("redshift", "z_phot", None),
@@ -103,7 +103,7 @@ class Formats(unittest.TestCase):
 
     def test_units_of_a_votable(self):
         table = FIELD.copy()
-        # Few bits, so that minutes make the same seconds.
+        # Radii have few bits, so that values in arcmin are exactly those in arcsec.
         table["Rad"] = table["Rad"] / 64
         table["Rad"].unit = "arcmin"
         with SkyFolder({"sky.par": parameters(), "c": written(table, "votable")}) as folder:
@@ -158,7 +158,7 @@ not used: Mass [solMass], flags, Name, size
 
 
 class Scenes(unittest.TestCase):
-    """Table SCENE follows the image wherever it is made again."""
+    """Table SCENE is in every image that is made again."""
 
     def scene(self, folder, name="out.fits"):
         with fits.open(folder.path / name) as hdus:
@@ -180,7 +180,7 @@ class Scenes(unittest.TestCase):
                 self.assertEqual(again.tobytes(), first.tobytes())
                 self.assertEqual(header["TFORM*"], first_header["TFORM*"])
                 self.assertEqual(folder.image(f"again{ranks}.fits")[1]["NSKIPPED"], 1)
-            # A picture keeps the record, too. The other view shows the last galaxy alone.
+            # A picture has the record, too. The other view shows the last galaxy alone.
             folder.render("--from-header", "out.fits", "-o", "p.png")
             folder.render("--from-header", "p.png", "-s", "image.size=30", "-s",
                           "camera.center=[149.9975, 1.9955]", "-o", "last.fits")
@@ -230,7 +230,7 @@ class Scenes(unittest.TestCase):
             self.assertEqual(list(one["colour"]), ["red", "green"])
             self.assertEqual(list(two["row"]), [1, 2, 3])
             self.assertEqual(list(two["colour"]), ["red", "blue", "green"])
-            # Complete frames are recognised.
+            # Frames that are complete are not made again.
             result = folder.run("film.par", "c.csv", "--resume")
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             self.assertIn("complete already", result.stdout)
@@ -357,7 +357,7 @@ class Positions(unittest.TestCase):
 
     def check(self, table, kind="ecsv", **catalogue):
         pixels, scene = self.render(table, kind, **catalogue)
-        # Positions have been rounded to 1e-9 deg, a millionth of a pixel.
+        # Positions are rounded to 1e-9 deg, a millionth of a pixel.
         np.testing.assert_allclose(pixels, self.expected, rtol=0, atol=1e-5 * self.expected.max())
         np.testing.assert_allclose(scene["ra"], FIELD["RAJ2000"][KEPT], atol=1e-9)
         np.testing.assert_allclose(scene["dec"], FIELD["DEJ2000"][KEPT], atol=1e-9)

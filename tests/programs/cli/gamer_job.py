@@ -9,7 +9,7 @@ import time
 
 from gamer_program import ENVIRONMENT, command
 
-# "Within seconds", on a busy machine.
+# Seconds within which a job must end, even on a busy machine.
 PATIENCE = 30
 
 
@@ -29,7 +29,7 @@ def rank_of(process):
 
 
 def size_of(file):
-    """In bytes; 0 of a file that is not there."""
+    """The file's size in bytes, or 0 if there is no file."""
     with contextlib.suppress(OSError):
         return file.stat().st_size
     return 0
@@ -37,7 +37,7 @@ def size_of(file):
 
 def is_running(process):
     with contextlib.suppress(OSError):
-        # Where nobody waits for orphans they stay as zombies, of one thread when all have ended.
+        # Orphans that no process waits for remain zombies, with one thread when all have ended.
         fields = pathlib.Path(f"/proc/{process}/stat").read_text().rsplit(") ", 1)[1].split()
         state, threads = fields[0], int(fields[17])
         return state != "Z" or threads > 1
@@ -45,7 +45,7 @@ def is_running(process):
 
 
 class Job:
-    """The program at work in a folder."""
+    """A run of the program in a folder."""
 
     def __init__(self, folder, *arguments, ranks=1, limit=None):
         self.folder, self.ranks = folder, ranks
@@ -57,7 +57,7 @@ class Job:
         return self
 
     def __exit__(self, *_):
-        """kill -9 of what still runs."""
+        """Kills the processes that still run."""
         ranks = self.processes()
         if self.process.poll() is None:
             for process in ranks:
@@ -68,30 +68,30 @@ class Job:
         self.wait_for_ranks_to_end(ranks)
 
     def processes(self):
-        """The processes of the ranks that have started."""
+        """The processes of the ranks that have started, in order of rank."""
         if self.ranks == 1:
             return [self.process.pid]
         found = {rank_of(child): child for child in children(self.process.pid)}
         return [found[rank] for rank in sorted(found.keys() - {None})]
 
     def wait_until(self, condition):
-        """Until it holds, or the job has ended."""
+        """Waits until the condition holds or the job has ended."""
         while self.process.poll() is None and not condition():
             time.sleep(0.002)
 
     def wait_for_journal(self, bytes_in_it=0, name="out.fits"):
-        """Until so much is in the journal, or the job has ended."""
+        """Waits until the journal holds more than so many bytes or the job has ended."""
         journal = self.folder.path / f"{name}.journal"
         self.wait_until(lambda: size_of(journal) > bytes_in_it)
 
     def end(self):
-        """Exit code, what it said, and how long it took to end."""
+        """The exit code, standard output, standard error, and the seconds until the end."""
         start = time.monotonic()
         try:
             said = self.process.communicate(timeout=PATIENCE)
         except subprocess.TimeoutExpired:
-            # Open MPI's launcher sometimes waits for itself once its ranks are gone (4.1.4, in
-            # pmix_rte_finalize).
+            # Open MPI's launcher 4.1.4 sometimes hangs in pmix_rte_finalize after its ranks have
+            # ended.
             if self.ranks == 1 or any(map(is_running, self.processes())):
                 raise
             self.process.kill()

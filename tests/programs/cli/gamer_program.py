@@ -46,7 +46,7 @@ optical_depth = 0.5
 noise = {octaves = 2}
 """
 
-# Stars without a list, the brightest of which are drawn.
+# A star field, whose brightest stars are drawn.
 STAR_FIELD = """[arms]
 model = "logarithmic"
 [[component]]
@@ -60,7 +60,7 @@ optical_depth = 0.5
 noise = {octaves = 2}
 """
 
-# Without noise.
+# A smooth galaxy, without noise.
 SMOOTH = """[[component]]
 class = "bulge"
 sed = "E"
@@ -80,16 +80,16 @@ FILES = {"render.par": PARAMETERS, "scene.lst": SCENE, "spiral.toml": GALAXY}
 
 
 def command(*arguments, ranks=1):
-    """That starts the program."""
+    """The command line that starts the program."""
     alone = [str(PROGRAM), *arguments]
     if ranks == 1:
         return alone
-    # Quiet: of the launcher's own messages, never of the program's.
+    # The launcher's own messages are suppressed, not those of the program.
     return [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)] + alone
 
 
 class Folder:
-    """A folder of its own with the files of a small scene, some of them replaced."""
+    """A temporary folder with the files of a small scene, some of which are replaced."""
 
     def __init__(self, **changes):
         self._folder = tempfile.TemporaryDirectory()
@@ -112,7 +112,7 @@ class Folder:
         return {path.name: path.read_bytes() for path in self.path.iterdir() if path.is_file()}
 
     def run(self, *arguments, ranks=1, limit=None, stdin=None):
-        """`limit` is called in the child before the program starts; `stdin` names a file."""
+        """Runs the program. `limit` is called in the child before the program starts; `stdin` names a file."""
         with open(self.path / stdin if stdin else os.devnull, "rb") as source:
             return subprocess.run(command(*arguments, ranks=ranks), cwd=self.path, env=ENVIRONMENT,
                                   capture_output=True, timeout=120, preexec_fn=limit,

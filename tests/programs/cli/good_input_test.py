@@ -1,4 +1,4 @@
-"""Images are the same whoever makes them."""
+"""Images are identical for any ranks and threads, and when their header or journal makes them again."""
 
 import unittest
 
@@ -65,7 +65,7 @@ class GoodInput(unittest.TestCase):
                     arguments = ("render.par", "scene.lst", "-o", name, "-q")
                     self.assertEqual(folder.run(*arguments).returncode, 0)
                     content = (folder.path / name).read_bytes()
-                    # One bit of the record, where FITS says 0.5, is another place of a galaxy.
+                    # The flipped bit of the record turns FITS's 0.5 into another place of a galaxy.
                     table = content.find(b"INPUTS") if "fits" in name else content.find(b"gaMR")
                     place = content.find(b"0.5 2 0.1", table) if "fits" in name else table + 40
                     self.assertGreater(place, table)
@@ -80,7 +80,7 @@ class GoodInput(unittest.TestCase):
                     resumed = folder.run(*arguments, "--resume")
                     self.assertRegex(resumed.stderr, rf"^{name}: .*damaged.*; --overwrite starts anew\n$")
                     self.assertEqual(resumed.returncode, 2)
-                    # A bit of what comes last.
+                    # The damaged bit is near the end of the file.
                     damaged = bytearray(content)
                     damaged[-9000 if "fits" in name else -40] ^= 1
                     folder.write(name, bytes(damaged))

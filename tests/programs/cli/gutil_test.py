@@ -1,9 +1,9 @@
-"""The gutil program: every operation's example, streams, compressed and extended names, wrong input.
+"""The gutil program: the example of every operation, streams, compressed and extended names, wrong input.
 
 gutil_test.py GAMER SOURCE_DIR GUTIL
 """
 
-import sky_program  # First: goes on in the Python that has Astropy.
+import sky_program  # First: restarts in the Python that has Astropy.
 import os
 import re
 import shlex
@@ -153,7 +153,7 @@ class Files(Case):
         np.testing.assert_allclose(part.wcs_pix2world([[0, 0]], 0), whole.wcs_pix2world([[10, 5]], 0),
                                    atol=1e-10)
 
-        # The third axis needs no table.
+        # A linear third axis needs no table.
         self.gutil("scale", "in.fits[0]", "cube.fits", "--overwrite")
         self.verify("cube.fits")
         with fits.open(self.path("cube.fits")) as hdus:
@@ -311,7 +311,7 @@ class WrongInput(Case):
         self.path("pipe.fits").unlink()
 
     def test_standard_input_that_is_no_fits_file(self):
-        # Without end: nothing is kept of it.
+        # This input has no end, so that gutil must not keep it.
         with open("/dev/zero", "rb") as zeros:
             result = subprocess.run([GUTIL, "stats", "-"], stdin=zeros, capture_output=True,
                                     timeout=120)

@@ -1,10 +1,11 @@
-"""Every shipped scene and every projection makes one file, byte by byte. Numbers of ranks and threads
-do not count, nor whether the job is resumed or made again from its own header.
+"""Every shipped scene and every projection gives one file, byte for byte, for any number of ranks and threads. Resumed
+jobs and images made again from their own headers give this file, too.
 
 identity_test.py GAMER SOURCE_DIR [MPI_LAUNCHER] [slow]
 
-Each scene takes three of 1 to 5 ranks x 1 to 3 threads, which change from scene to scene: for the
-image, from its header, and to resume. "slow" takes all of them for the image.
+Each scene is rendered with three of the combinations of 1 to 5 ranks and 1 to 3 threads: directly,
+from the header, and resumed. The combinations change from scene to scene. "slow" takes all of them
+for direct renders.
 """
 
 import concurrent.futures
@@ -16,12 +17,13 @@ import unittest
 from gamer_job import Job
 from gamer_program import ENVIRONMENT, LAUNCHER, SOURCE, Folder, main
 
-# A file's DATE does not follow from the job.
+# DATE is the only card that does not follow from the job.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 
 IS_SLOW = "slow" in sys.argv[3:]
 WORKERS = list(itertools.product(range(1, 6) if LAUNCHER else (1,), range(1, 4)))
-# Numbers of workers for each scene, besides the reference. The last two make the image from its header, and resume.
+# The combinations of ranks and threads for each scene, besides the reference. The last two make the image from its
+# header and resume it.
 FEW = 3
 
 INSIDE = {
@@ -32,8 +34,8 @@ INSIDE = {
     "perspective": ["image.size=32", "camera.fov=60"],
     "orthographic": ["image.size=32", "camera.width=20"],
 }
-# The galaxy around these cameras: a cusp whose pixels have cells, drawn stars, arms with courses, noise,
-# clumps and veins. It takes a tenth of the Milky Way's time.
+# The galaxy around these cameras has a cusp whose pixels have cells, drawn stars, arms with courses, noise, clumps and
+# veins. It takes a tenth of the Milky Way's time.
 INSIDE_GALAXY = """[arms]
 model = "logarithmic"
 pitch_angle = 12
@@ -86,10 +88,10 @@ LONG = "deepfield_2014"
 
 
 def cases():
-    """(parameter file, scene list, settings)."""
+    """Tuples (parameter file, scene list, settings)."""
     scenes = SOURCE / "scenes"
     found = [(path, path.with_suffix(".lst"), ["image.size=24"]) for path in sorted(scenes.glob("*.par"))]
-    # Fine enough that rays of many widths and lengths share batches.
+    # The tolerance is so small that rays of many widths and lengths share batches.
     return found + [(scenes / "milky_way_inside.par", "inside.lst",
                      [f"camera.projection={projection}", *settings, "sampling.tolerance=1e-4"])
                     for projection, settings in INSIDE.items()]
@@ -97,7 +99,7 @@ def cases():
 
 class Identity(unittest.TestCase):
     def run_case(self, number, case):
-        """The first difference of the case's files, or an empty text."""
+        """A text that says which of the case's files differs first, or an empty text."""
         parameters, scene, settings = case
         is_long = parameters.stem == LONG
         arguments = [str(parameters), str(scene), "-o", "out.fits"]
@@ -127,7 +129,7 @@ class Identity(unittest.TestCase):
             if make(*from_header, "--from-header", "known.fits", "-o", "out.fits") != expected:
                 return f"{case}: from its header by {from_header}"
             (folder.path / "out.fits").unlink()
-            # Interrupted with one thread, after some rows.
+            # The job is killed, with one thread, after some rows.
             with Job(folder, *arguments, "-j", "1", "--journal", "0") as job:
                 job.wait_for_journal(1)
                 job.process.kill()
@@ -142,7 +144,7 @@ class Identity(unittest.TestCase):
         with concurrent.futures.ThreadPoolExecutor(os.cpu_count()) as pool:
             wrong = list(pool.map(self.run_case, *zip(*enumerate(cases()))))
         self.assertEqual([text for text in wrong if text], [])
-        # Most were interrupted before they were complete.
+        # Most jobs were killed before their images were complete.
         self.assertGreater(self.interrupted, len(wrong) / 2)
 
 

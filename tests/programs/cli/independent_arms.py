@@ -15,7 +15,7 @@ def smooth_step(t):
 
 
 class Course:
-    """Offset, strength and width of one arm at NODES."""
+    """Offset, strength and width of one arm, at the radii NODES."""
 
     def __init__(self, arm, common, number, law, start_offset, spacing, unit):
         """`law` is d theta/d ln r at a radius, `unit(seed, m, j)` the j-th number of purpose m."""
@@ -74,7 +74,7 @@ class Course:
 
 
 class Courses:
-    """All arms of a galaxy; None in place of it where they have no courses."""
+    """All arms of a galaxy whose arms have courses; of() returns None for other galaxies."""
 
     @staticmethod
     def of(table, arms, law, hash_words, to_unit):
@@ -106,7 +106,7 @@ class Courses:
                 self.straight.append(course)
 
     def factor(self, r, angle, arm_width):
-        """F at the azimuth `angle` from the pattern's winding."""
+        """The arm factor F at the azimuth `angle`, counted from the pattern's winding."""
         n = self.trunks
         floor = (1 - 1 / max(n, 2))**arm_width
         half = min(2 * np.pi * (1 - 2**(-1 / arm_width)), np.pi / n)
@@ -119,12 +119,12 @@ class Courses:
         return floor + (1 - floor) * (1 - missed)
 
     def mean_factor(self, r, arm_width):
-        """The mean of F around circles of the radii r."""
+        """The means of F around circles of radii r."""
         angles = np.arange(720) * np.pi / 360
         return np.array([self.factor(np.full(720, one), angles, arm_width).mean() for one in r])
 
     def displacement(self, r, angle):
-        """The angle D by which veins' points are turned back."""
+        """The angle by which the points of veins are turned back (D_phi of method.md)."""
         spacing = 2 * np.pi / self.trunks
         weights = sums = 0
         for k, arm in enumerate(self.straight):

@@ -1,9 +1,9 @@
-"""Marches rays through the shipped galaxies as docs/method.md, noise.md and veins.md describe them,
-without any of gamer's code, and compares them with gamer's.
+"""Marches rays through the shipped galaxies as docs/method.md, noise.md and veins.md define them,
+without gamer's code, and compares their light with gamer's.
 
     independent_marcher.py GAMER SOURCE_DIR [GALAXY ... [--rays N] [--steps N] [--measure]]
 
-Without galaxies it is a test, of few rays and steps; with galaxies it shows their errors.
+Without arguments it is a test of few rays and steps; with names of galaxies it prints their errors.
 """
 
 import argparse
@@ -13,7 +13,7 @@ import time
 import tomllib
 import unittest
 
-import sky_program  # First: goes on in the Python that has Astropy.
+import sky_program  # First: restarts in the Python that has Astropy.
 from gamer_program import SOURCE, Folder, main
 from independent_arms import Courses
 
@@ -49,7 +49,7 @@ def to_unit(x):
 
 
 def mix32(w):
-    """The hash of numbers or arrays of 32 bits."""
+    """The hash of numbers or arrays of 32 bits (noise.md)."""
     w = np.asarray(w, U32)
     w = (w ^ (w >> U32(16))) * U32(0x7FEB352D)
     w = (w ^ (w >> U32(15))) * U32(0x846CA68B)
@@ -76,7 +76,7 @@ def signed(half):
 
 
 class PointHash:
-    """m of a lattice point from its words."""
+    """The hash m of a lattice point, from its words."""
 
     def __init__(self, a, b, c):
         self.h, g = a ^ b ^ c, a + b
@@ -96,7 +96,7 @@ class PointHash:
 
 
 def whole(x):
-    """floor(x), and as 32 bits."""
+    """floor(x), as a float and as 32 bits."""
     f = np.floor(x)
     return f, f.astype(np.int64).astype(U32)
 
@@ -105,7 +105,7 @@ SIMPLEX_SCALE, SIMPLEX_VARIANCE = 76.8857, 0.154037
 
 
 def simplex(p, seed, components=1):
-    """At points p of shape (3, n)."""
+    """Simplex noise at points p of shape (3, n)."""
     sx, sy, sz = seed_words(seed)
     skew = p.sum(0) / 3
     cell = [whole(p[i] + skew) for i in range(3)]
@@ -136,7 +136,7 @@ def fade(f):
 
 
 def perlin(p, seed, turn=(0, 0)):
-    """On a lattice whose points (i, j, k) and (i + P, j + Q, k) are the same, turn = (P, Q)."""
+    """Improved Perlin noise. The lattice points (i, j, k) and (i + P, j + Q, k) are equal, turn = (P, Q)."""
     seeds = seed_words(seed)
     floors = np.floor(p)
     f = p - floors
@@ -161,7 +161,7 @@ def perlin(p, seed, turn=(0, 0)):
 # Octaves and their combination.
 
 class Octaves:
-    """S of a component's table `noise`."""
+    """The sum S of a component's table `noise`."""
 
     DEFAULTS = {
         "disk": {"octaves": 7, "k0": 0, "frequency_scale": 1, "exponent": 1, "theta": "inverse",
@@ -232,7 +232,7 @@ class Octaves:
         return np.maximum(v, 0)**t["exponent"]
 
     def phi(self, p):
-        """At turned points."""
+        """The texture at turned points."""
         return self.shape(self.sum(p)) / self.mean
 
 
@@ -288,7 +288,7 @@ class Layer:
         self.twirl = 0 if unturned else c.get("twirl", 0.1)
 
     def law(self, m):
-        """f, without the hole."""
+        """The radial law f(m), without the hole."""
         c = self.c
         if c.get("ring_radius"):
             inner = c.get("ring_width", 0.05)
@@ -317,14 +317,14 @@ class Layer:
         return (1 - away / np.pi)**self.width
 
     def lift(self, r, phi):
-        """The height of the warped plane."""
+        """The height l of the warped mid-plane."""
         begin, power = self.c.get("warp_begin", 0), self.c.get("warp_power", 2)
         node = math.radians(self.c.get("warp_angle", 0))
         node = node + math.radians(self.c.get("warp_twist", 0)) * (r - begin)
         return self.warp * (np.maximum(r - begin, 0) / (1 - begin))**power * np.sin(phi - node)
 
     def raised(self, p):
-        """Places whose z were heights above the warped plane."""
+        """The places of points whose z are heights above the mid-plane."""
         return p + [0 * p[0], 0 * p[0], self.lift(np.hypot(p[0], p[1]), np.arctan2(p[1], p[0]))]
 
     def envelope(self, p):
@@ -340,14 +340,14 @@ class Layer:
         return value * self.arm_factor(r, phi)
 
     def integral(self):
-        """Over the ball."""
+        """The envelope's integral over the ball."""
         t = (np.arange(2000) + 0.5) / 2000
         m = t * t
         v = (np.arange(400) + 0.5) / 400
         if self.q == 1 and not self.flare and not self.lopsidedness and not self.warp:
             column = taper(np.hypot(m[:, None], self.z0 * np.arctanh(v)[None, :])).mean(1)
             angle = (np.arange(200000) + 0.5) / 200000 * 2 * np.pi
-            # Arms that are alike turn a ring as a whole, so that one radius is enough.
+            # Equal arms only rotate with the radius, so that one ring gives their mean.
             arms = (self.arms.courses.mean_factor(m, self.width)
                     if self.width and self.arms.courses
                     else np.mean(self.arm_factor(np.array(0.5), angle)))
@@ -369,7 +369,7 @@ class Layer:
         return 4 * np.pi * self.z0 * self.q * total
 
     def turned(self, p):
-        """Places in the texture's coordinates."""
+        """Points in the texture's coordinates."""
         r = np.hypot(p[0], p[1])
         angle = -self.twirl * self.arms.winding(r)
         s, c = np.sin(angle), np.cos(angle)
@@ -377,7 +377,7 @@ class Layer:
                          p[2] - self.lift(r, np.arctan2(p[1], p[0]))])
 
     def nodes(self):
-        """Equal steps of the integral of m f."""
+        """Radii that divide the integral of m f into equal parts."""
         if not self.c.get("ring_radius") and not self.c.get("break_radius"):
             end = min(1 / (self.rh * self.q), 30)
             share = np.arange(1024) / 1024 * (1 - (1 + end) * math.exp(-end))
@@ -392,7 +392,7 @@ class Layer:
         return np.interp(np.arange(1025) / 1024, inside / inside[-1], m)
 
     def cloud(self, size):
-        """Points (not turned) and weights."""
+        """Points (not turned) of the component's cloud, and their weights."""
         ring = self.c.get("ring_radius", 0)
         if ring:
             inner = self.c.get("ring_width", 0.05)
@@ -437,7 +437,7 @@ class Layer:
 
 
 def gamma2_quantile(u):
-    """x with 1 - (1 + x) e^-x = u."""
+    """The x that solves 1 - (1 + x) e^-x = u."""
     x = np.where(u < 0.5, np.sqrt(2 * u), 1.7 - 1.2 * np.log(2 * (1 - u)))
     for _ in range(60):
         slope = np.maximum(x * np.exp(-x), 1e-300)
@@ -460,7 +460,7 @@ class Bulge:
         return self.law(np.sqrt(m2) / self.r0) * taper(np.sqrt((p * p).sum(0)))
 
     def integral(self):
-        """Shells of m in directions n: b = u^4, dV = a1 a2 a3 m^2 dm dn."""
+        """The envelope's integral over shells of m in directions n: b = u^4, dV = a1 a2 a3 m^2 dm dn."""
         cosine, w_c = np.polynomial.legendre.leggauss(24)
         angle = (np.arange(48) + 0.5) / 48 * np.pi / 2
         sine = np.sqrt(1 - cosine**2)[:, None]
@@ -476,7 +476,7 @@ class Bulge:
 
 
 class Sersic:
-    """Deprojected by Abel's integral, X = x cosh t."""
+    """A Sersic spheroid, deprojected by Abel's integral with X = x cosh t."""
 
     def __init__(self, c):
         self.n, self.r_e = c.get("index", 4), c["effective_radius"]
@@ -501,7 +501,7 @@ class Sersic:
         return np.exp(np.interp(np.log(x), self.ln_x, self.ln_nu)) * taper(np.sqrt((p * p).sum(0)))
 
     def integral(self):
-        """Shells in directions n of the ball: x = R length(n)/R_e."""
+        """The envelope's integral over shells in directions n of the ball: x = R length(n)/R_e."""
         cosine, w = np.polynomial.legendre.leggauss(60)
         angle = (np.arange(96) + 0.5) / 96 * np.pi / 2
         total = 0
@@ -545,7 +545,7 @@ class Bar:
                 taper(np.sqrt((p * p).sum(0))))
 
     def integral(self):
-        """By midpoints in u, v and tanh(z/h)."""
+        """The envelope's integral by the midpoint rule in u, v and tanh(z/h)."""
         u = (np.arange(3000) + 0.5) / 3000 / self.a
         v = (np.arange(1500) + 0.5) / 1500 * min(1 / self.b, 6)
         share = (np.arange(30) + 0.5) / 30
@@ -559,7 +559,7 @@ class Bar:
 
 
 def cloud_size(points):
-    """The points of a larger cloud: the next power of 2."""
+    """The number of points of a larger cloud: the next power of 2, at most 2^22."""
     return int(min(2**math.ceil(math.log2(points)), 2**22))
 
 
@@ -571,7 +571,7 @@ def smoothstep(x):
 
 
 def mean_height(kappa):
-    """e^-kappa I0(kappa)."""
+    """The mean of exp(kappa (cos(angle) - 1)): e^-kappa I0(kappa)."""
     angle = (np.arange(20000) + 0.5) / 20000 * np.pi
     return np.mean(np.exp(kappa * (np.cos(angle) - 1)))
 
@@ -619,7 +619,7 @@ class SpiralCoordinates:
 
 
 class Map:
-    """x = x_slope s - P turns, y = y_slope s - Q turns."""
+    """The map x = x_slope s - P turns, y = y_slope s - Q turns (veins.md)."""
 
     def __init__(self, x_slope, y_slope, p, q):
         self.slopes, self.turn = (x_slope, y_slope), (p, q)
@@ -750,7 +750,7 @@ class Veins:
 
 
 def power_integral(power, least, most):
-    """The integral of x^power."""
+    """The integral of x^power from least to most."""
     if power == -1:
         return math.log(most / least)
     return (most**(power + 1) - least**(power + 1)) / (power + 1)
@@ -822,7 +822,7 @@ class Associations:
         t = (np.arange(4000) + 0.5) / 2000 - 1
 
         def seen(column, radius):
-            """The integral of columns, by height, and of their light in the layer."""
+            """The integral of columns at all heights, weighted with the layer's profile."""
             height = np.minimum(np.abs(z[:, None] + radius[:, None] * t) / self.z0, 300)
             return 2 * radius**3 * np.mean(column / np.cosh(height)**2, axis=1)
         ball, rest = np.pi / 4 * (1 - t**2)**4, 1 - t**2
@@ -847,7 +847,7 @@ class Associations:
                 u * ((1 - v) * d[i + 1, j] + v * d[i + 1, j + 1]))
 
     def complexes(self, p, shortest=0):
-        """It is the product of the octaves that are no shorter."""
+        """The product of the octaves whose wavelength is at least `shortest`."""
         product = np.ones(p.shape[1])
         for wavelength, offset, seed in self.octaves:
             if wavelength >= shortest:
@@ -869,7 +869,7 @@ class Associations:
         return np.maximum(q, 0)**3
 
     def light(self, tier, k, shape, x, y, z):
-        """The light of clumps k, at places in their radii along the lattice's axes."""
+        """The light of clumps k at places in units of their radii, along the lattice's axes."""
         b = [(shape >> U32(8 * n) & U32(255)) / 256 for n in range(4)]
         (high, cycles), (low, fine) = (
             (self.q["irregularity"] * h, c) for h, c in self.BENDS)
@@ -995,13 +995,13 @@ class Associations:
 # Spectra.
 
 def sed(name, source, wavelength):
-    """Over its value at 5500 Angstrom."""
+    """The spectrum relative to its value at 5500 Angstrom."""
     rows = np.loadtxt(source / "seds" / f"{name}.sed")
     return np.interp(wavelength, *rows.T) / np.interp(5500, *rows.T)
 
 
 def ccm89(wavelength, r_v):
-    """A/A(V), in the optical (Cardelli, Clayton & Mathis 1989, Eq. 3)."""
+    """A(lambda)/A(V) in the optical (Cardelli, Clayton & Mathis 1989, Eq. 3)."""
     x = 1e4 / wavelength
     y = x - 1.82
     assert 1.1 <= x <= 3.3
@@ -1011,7 +1011,7 @@ def ccm89(wavelength, r_v):
 
 
 def starlight(c, wavelength):
-    """The mean of blackbodies, by their light."""
+    """The mean of blackbodies, weighted with their light."""
     slope, hc_k = 1 - c.get("luminosity_slope", 1.7), 1.438776877503933e8
     low, high = c.get("luminosity_low", 1e-3), c.get("luminosity_high", 1e5)
     ln_l = math.log(low) + math.log(high / low) * (np.arange(400) + 0.5) / 400
@@ -1066,8 +1066,8 @@ class Component:
         return phi
 
     def normalise(self, share, ratio):
-        """Takes mu, sigma and the mean of Phi. Over the larger cloud this is `ratio` times that over
-        the first one, and is taken where ratio is None; returns the ratio."""
+        """Measures mu, sigma and the mean of Phi. The mean over the larger cloud is `ratio` times that over the first
+        cloud; if `ratio` is None, the larger cloud is measured. Returns the ratio."""
         if not self.texture:
             return 1
         p, w = self.layer.cloud(2**13)
@@ -1104,7 +1104,7 @@ class Component:
 
 class Galaxy:
     def __init__(self, text, seed=1, ratios=None):
-        """`ratios` of the larger clouds' means to the first ones'; without them they are taken."""
+        """`ratios`: means over the larger clouds relative to those over the first ones; measured if None."""
         table = tomllib.loads(text)
         self.axis = np.array(table.get("galaxy", {}).get("axis", [1, 1, 1]), float)
         arms = Arms(table.get("arms", {}), table.get("arm", []))
@@ -1133,7 +1133,7 @@ class Galaxy:
             self.ratios[c.name] = c.normalise(share, given)
 
     def march(self, origin, direction, steps, colours):
-        """I of each (spectra, extinctions) of `colours`, along a ray in galaxy radii."""
+        """The brightness for each (spectra, extinctions) of `colours`, along a ray in galaxy radii."""
         o, d = origin / self.axis, direction / self.axis
         a, b = d @ d, o @ d
         root = b * b - a * (o @ o - 1)
@@ -1170,13 +1170,13 @@ class Galaxy:
         return [[factor(c, w) for c in self.components] for w in wavelengths]
 
 
-# Beside gamer.
+# Comparison with gamer.
 
 WAVELENGTHS = (4400, 5500, 8000)
 INCLINATIONS = (0, 40, 75, 88)
 
-# <Phi> over the large clouds, or clump by clump, relative to that over the first ones. --measure
-# takes them, in half a minute a galaxy.
+# <Phi> over the large clouds, or clump by clump, relative to that over the first clouds. --measure
+# measures these ratios, in half a minute a galaxy.
 RATIOS = {
     "dusty_barred": {"arms": 1.002511, "associations": 1.476258, "H II regions": 0.688764,
                      "bar lanes": 1.038258, "lanes": 1.00232},
@@ -1195,15 +1195,16 @@ RATIOS = {
     "young": {"associations1": 1.076254},
 }
 
-# Twice the largest relative error of the test's rays. It is the error of their steps and, where
-# there are star fields, of the fields' spectrum.
+# Twice the largest relative error of the test's rays. The error comes from their steps and, in
+# galaxies with star fields, from the spectrum of these fields.
 TOLERANCES = {
     "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 1.9e-5, "ngc4594": 5.8e-6,
     "dusty_barred": 6.8e-5, "ngc4321": 2.4e-5, "irregular": 1.6e-5, "milky_way": 3.5e-4,
 }
 
 
-# A galaxy of what no shipped one has, the ratios of its means, and its tolerance as above.
+# A galaxy with the shapes that no shipped one has, the ratios of its means, and its tolerance as
+# above.
 SHAPES = """[arms]
 model = "logarithmic"
 pitch_angle = 20
@@ -1264,7 +1265,7 @@ warp_angle = -60
 SHAPES_RATIOS = {"disk1": 0.998245, "dust4": 1.000095}
 SHAPES_TOLERANCE = 3.8e-5
 
-# Associations that are dense, so that the means of the first clouds hold.
+# A galaxy of dense associations and a smooth disk.
 YOUNG = """[arms]
 model = "logarithmic"
 pitch_angle = 20
@@ -1288,7 +1289,7 @@ fraction = 0.5
 
 
 def rays(count, seed=1):
-    """(target, direction to the camera) of so many rays for each inclination."""
+    """Tuples (target, direction to the camera), `count` of them for each inclination."""
     result = []
     random = np.random.default_rng(seed)
     for inclination in np.radians(INCLINATIONS):
@@ -1302,7 +1303,7 @@ def rays(count, seed=1):
 
 
 def run_gamer(folder, parameters, scene):
-    (folder.path / "spiral.toml").unlink()  # The shipped one is meant.
+    (folder.path / "spiral.toml").unlink()  # The name stands for the shipped galaxy.
     folder.write("rays.par", parameters)
     folder.write("rays.lst", scene)
     result = folder.run("rays.par", "rays.lst")
@@ -1311,8 +1312,9 @@ def run_gamer(folder, parameters, scene):
 
 
 def film(name, lines, own=None):
-    """gamer's brightness of the rays: frames of one pixel, so small that all noise is seen. With
-    equal steps differences are those of the galaxies, not of how rays are sampled."""
+    """gamer's brightness of the rays, each a frame of one pixel, so small that all octaves are
+    seen. With equal steps a difference is one between the galaxies, not between the nodes of
+    rays."""
     keys = [[*target, *(target + 5 * towards)] for target, towards in lines]
     parameters = f"""[image]
 size = [1, 1]
@@ -1341,8 +1343,7 @@ stars_per_pixel = 0
 
 
 def errors(name, count, steps, own=None, ratios=None):
-    """The relative errors of the marcher's rays against gamer's. `own` is the text of a galaxy that
-    is not shipped."""
+    """Relative differences of the marcher's rays from gamer's. `own` is the text of a galaxy that is not shipped."""
     lines = rays(count)
     expected = film(name, lines, own)
     text = own if own is not None else (SOURCE / "galaxies" / f"{name}.toml").read_text()
@@ -1358,7 +1359,7 @@ def unit(v):
 
 
 def orientation_along(o, pa):
-    """Columns are the galaxy's axes."""
+    """A matrix whose columns are the galaxy's axes."""
     o, (c, s) = unit(o), (math.cos(pa), math.sin(pa))
     v = np.cross([0, 0, 1], o)
     cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
@@ -1419,15 +1420,16 @@ tolerance = 1e-5
                     image = run_gamer(folder, text, f"galaxy x y z size {columns}\n{galaxy} "
                                       f"0.1 0.2 0.3 {size} {words}\n")[0]
                     peak = image.max()
-                    # Away from the centre of the galaxy, whose pixels hold means.
+                    # These pixels lie outside the galaxy's centre, where pixels are means over many
+                    # rays.
                     for p, q in ((1, 0), (1, 9), (13, 1), (13, 18), (28, 2), (28, 17)):
                         d = across / 30 * ((p - 14.5) * w + (q - 9.5) * u)
                         at, way = ((position + d, -b) if projection == "orthographic"
                                    else (position, unit(d - b)))
                         value = own.march(turn.T @ (at - centre) / size, turn.T @ way, 20000,
                                           [[1.0]])[0]
-                        # The tolerance is of what is fainter than 1 % of the centre in units of
-                        # that (method.md), which matters most at the galaxy's edge.
+                        # Light fainter than 1 % of the centre has a tolerance in units of that
+                        # (method.md); this matters most at the galaxy's edge.
                         error = abs(value - image[p, q])
                         self.assertLess(error, 1e-6 * max(image[p, q], 0.01 * peak))
                         if image[p, q] > 1e-4 * peak:

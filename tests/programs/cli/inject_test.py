@@ -3,7 +3,7 @@
 inject_test.py GAMER SOURCE_DIR GUTIL
 """
 
-import sky_program  # First: goes on in the Python that has Astropy.
+import sky_program  # First: restarts in the Python that has Astropy.
 import os
 import subprocess
 import sys
@@ -56,7 +56,7 @@ spiral 0 0 0.2 8 20 40 30
 
 
 def science_header():
-    """Turned by 20 degrees, 0.2 arcsec, with the reference pixel off the middle."""
+    """A header with pixels of 0.2 arcsec, turned by 20 degrees, whose reference pixel is not central."""
     turn, scale = np.radians(20), 0.2 / 3600
     header = fits.Header()
     header["CTYPE1"], header["CTYPE2"] = "RA---TAN", "DEC--TAN"
@@ -136,7 +136,8 @@ class Crop(Case):
                 cut = WCS(header)
                 at = cut.world_to_pixel(SkyCoord(place.ra, place.dec))
                 np.testing.assert_allclose(at, (10, 7), atol=0.5 + 1e-5)
-                # Every pixel is the science image's at its sky position, or missing beyond it.
+                # Every pixel is that of the science image at its sky position, or missing outside
+                # that image.
                 rows, columns = np.indices(data.shape)
                 old_x, old_y = whole.world_to_pixel(cut.pixel_to_world(columns, rows))
                 old = np.rint([old_y, old_x]).astype(int)
@@ -172,11 +173,11 @@ class Inject(Case):
             return image.data.copy(), image.header.copy()
 
     def counts(self, light):
-        """Science values of light in nJy: AB zero point 31.4."""
+        """Counts in the science image of light in nJy (AB zero point 31.4)."""
         return light * 10 ** (0.4 * (ZERO_POINT - 31.4))
 
     def check_sum(self, out, science, counts):
-        """out = science + counts within rounding, and with the same bits where there are none."""
+        """out = science + counts to rounding, with unchanged bits where counts are 0."""
         untouched = (counts == 0) | np.isnan(science)
         self.assertGreater(untouched.sum(), 0)
         np.testing.assert_array_equal(out.astype("=f4").view("u4")[untouched],
@@ -187,7 +188,7 @@ class Inject(Case):
     def test_mean_light(self):
         out, header = self.inject("--no-noise")
         self.check_sum(out, self.science, self.counts(self.render))
-        # The magnitude of what was added is the render's.
+        # The added light has the magnitude of the render.
         there = np.isfinite(self.science)
         added = out.astype(float)[there] - self.science[there]
         magnitude = ZERO_POINT - 2.5 * np.log10(added.sum())
@@ -212,7 +213,7 @@ class Inject(Case):
 
     def test_noise(self):
         """Variance of the added noise is counts/gain; counts are whole electrons."""
-        # Bright, and on zeros, so that rounding to floats does not count.
+        # A science image of zeros keeps rounding to floats small.
         zeros = np.zeros((HEIGHT, WIDTH))
         fits.writeto(self.path("zeros.fits"), zeros, science_header(), overwrite=True)
         options = ("--gain", str(GAIN), "--zero-point", str(ZERO_POINT))
@@ -228,13 +229,14 @@ class Inject(Case):
             self.assertTrue((out[self.render == 0] == 0).all())
             chi_square += (((out - counts) ** 2)[bright] / (counts[bright] / GAIN)).sum()
             total += out.sum()
-        # A chi-square of number * runs degrees, whose Poisson terms vary by 2 + 1/mean each.
+        # chi_square has number * runs degrees of freedom; the Poisson terms have variances of 2 +
+        # 1/mean.
         degrees = number * runs
         sigma = np.sqrt((2 + 1 / (counts[bright] * GAIN)).sum() * runs)
         self.assertLess(abs(chi_square - degrees), 4 * sigma)
         error = np.sqrt(counts.sum() * runs / GAIN)
         self.assertLess(abs(total - runs * counts.sum()), 4 * error)
-        # Differences of pixels follow the Poisson distribution of the faint pixels, too.
+        # The differences of faint pixels follow the Poisson distribution, too.
         faint = (counts * GAIN > 0.5) & ~bright
         self.assertGreater(faint.sum(), 20)
         last = out[faint] * GAIN
@@ -247,7 +249,7 @@ class Inject(Case):
         there = np.isfinite(self.science)
         added = (out.astype(float) - self.science)[there].sum()
         mean = self.counts(self.render)[there].sum()
-        # Rounding to floats near 100 adds 4e-6 a pixel.
+        # Rounding to floats near 100 adds an error of 4e-6 for each pixel.
         self.assertLess(abs(added - mean), 4 * np.sqrt(mean / GAIN))
         error = 1.0857 / np.sqrt(mean * GAIN)
         self.assertLess(abs(-2.5 * np.log10(added / mean)), 4 * error)
@@ -260,7 +262,7 @@ class Inject(Case):
         self.assertNotEqual(first.tobytes(), other.tobytes())
 
     def test_place(self):
-        """A stamp at a pixel, at a sky position, over an edge, and by the coordinates of a cut."""
+        """A stamp is placed by pixel, by sky position, over an edge, and by the coordinates of a cut."""
         counts = self.counts(self.stamp)
 
         def check(x0, y0, *arguments, light=counts, render="stamp.fits"):
@@ -277,13 +279,13 @@ class Inject(Case):
         check(-9, 48, "--at", "4,59")
         at = WCS(science_header()).pixel_to_world(40.2, 30.4)
         check(40 - 12, 30 - 10, "--position", f"{at.ra.deg:.10f},{at.dec.deg:.10f}")
-        # Rendered on the grid of a cut, the stamp finds its place alone.
+        # A render on the grid of a cut has the stamp's place in its header.
         self.gutil("crop", "--box", "11,41,8,50", "render.fits", "part.fits", "--overwrite")
         part = fits.getdata(self.path("part.fits")).astype(float)
         check(10, 7, light=self.counts(part), render="part.fits")
 
     def test_units(self):
-        """Renders in other units add the same counts."""
+        """Renders in different units add equal counts."""
         first, _ = self.inject("--no-noise")
         for unit in ("MJy/sr", "erg/s/cm^2/A/arcsec^2"):
             result = self.folder.run("render.par", "scene.lst", "-s", f"image.unit={unit}", "-o",
@@ -297,7 +299,7 @@ class Inject(Case):
         self.refused("are magnitudes", "inject", "science.fits", "unit.fits", "o.fits")
 
     def test_point_spread_function(self):
-        """The added light is SciPy's convolution with the PSF that Astropy reads."""
+        """The added light is SciPy's convolution with the PSF, which Astropy reads."""
         self.gutil("psf", "--psf", "moffat", "--fwhm", "3.2", "--size", "15", "psf.fits",
                    "--overwrite")
         psf = fits.getdata(self.path("psf.fits"))
@@ -310,13 +312,13 @@ class Inject(Case):
                             ("--psf", "moffat", "--fwhm", "0.64", "--unit", "arcsec", "--size", "15")):
             out, _ = self.inject(*options, *psf_options, science="zeros.fits")
             np.testing.assert_allclose(out, expected, rtol=1e-6, atol=1e-12 * expected.max())
-        # Light of a stamp is not cut at the stamp's edges.
+        # The blurred light of a stamp goes beyond the stamp's edges.
         out, _ = self.inject(*options, "--psf", "psf.fits", "--at", "32,28", science="zeros.fits",
                              render="stamp.fits")
         self.assertAlmostEqual(out.sum() / self.counts(self.stamp).sum(), 1, delta=1e-9)
 
     def test_subpixel_shift(self):
-        """A blurred galaxy at any place has its flux and its centroid there."""
+        """A blurred galaxy keeps its flux at any place, and has its centroid there."""
         fits.writeto(self.path("zeros.fits"), np.zeros((HEIGHT, WIDTH)), science_header(),
                      overwrite=True)
         options = ("--no-noise", "--zero-point", str(ZERO_POINT), "--psf", "moffat", "--beta", "4.765",
@@ -336,11 +338,11 @@ class Inject(Case):
         expected = moments(whole)
         for dx, dy in ((0.25, -0.4), (-0.5, 0.5), (0.1, 0)):
             found = moments(at(32 + dx, 28 + dy, "--subpixel"))
-            # Some light goes beyond the edges.
+            # A little light falls outside the image.
             self.assertAlmostEqual(found[0] / expected[0], 1, delta=5e-9)
             np.testing.assert_allclose(found[1:3], expected[1:3] + [dx, dy], rtol=0, atol=2e-7)
             self.assertAlmostEqual(found[3] / expected[3], 1, delta=1.5e-7)
-        # At a sky position; pixels of WCS count from 0 here.
+        # The place is a sky position; pixels of WCS count from 0 here.
         place = WCS(science_header()).pixel_to_world(40.2, 30.4)
         image = self.inject(*options, "--position", f"{place.ra.deg:.10f},{place.dec.deg:.10f}",
                             "--subpixel", science="zeros.fits", render="stamp.fits")[0]
@@ -364,13 +366,14 @@ class Inject(Case):
         np.testing.assert_allclose(moved, (0.3, -0.2), rtol=0, atol=7e-10)
 
     def test_instrument(self):
-        """PSF, zero point and gain of counts in the exposure of a camera."""
+        """An instrument gives the PSF, the zero point and the gain of counts in its exposure."""
         zeros = fits.PrimaryHDU(np.zeros((HEIGHT, WIDTH)), science_header())
         zeros.writeto(self.path("zeros.fits"), overwrite=True)
         result = self.folder.run("stamp.par", "scene.lst", "-s", 'spectrum.bands=["lsst_r"]', "-o",
                                  "lsst.fits", "--overwrite")
         self.assertEqual(result.returncode, 0, result.stderr)
-        # 28.36 mag give 1 electron/s, for 30 s with 1.7 electrons in a count.
+        # A star of 28.36 mag gives 1 electron/s; the exposure is 30 s, and a count is 1.7
+        # electrons.
         zero_point = 28.36 + 2.5 * np.log10(30 / 1.7)
         own = ("--psf", "moffat", "--beta", "4.765", "--fwhm", "0.83", "--unit", "arcsec")
         place = ("--at", "32,28", "--seed", "5")
@@ -381,7 +384,7 @@ class Inject(Case):
             expected = self.inject(*own, *options, *gain, "--zero-point", repr(zero_point),
                                    science="zeros.fits", render="lsst.fits")[0]
             np.testing.assert_allclose(image, expected, rtol=1e-12)
-        # The image's own cards count first.
+        # The image's own cards replace values of the instrument.
         zeros.header["MAGZERO"], zeros.header["GAIN"] = 31.0, 2.0
         zeros.writeto(self.path("zeros.fits"), overwrite=True)
         image, header = self.inject("--instrument", "lsst", *place, science="zeros.fits",
@@ -392,7 +395,7 @@ class Inject(Case):
                      "stamp.fits", "o.fits")
 
     def write_psfex(self, name, **cards):
-        """A PSF of PSFEx, of second degree: six Gaussians with the weights 1, x, x^2, y, xy, y^2."""
+        """Writes a PSFEx file of second degree: six Gaussians with the weights 1, x, x^2, y, xy, y^2."""
         side, step = 61, 0.5
         axis = (np.arange(side) - side // 2) * step
         radius = axis[:, None] ** 2 + axis[None, :] ** 2
@@ -426,7 +429,7 @@ class Inject(Case):
             expected = sum(w * np.exp(-radius / (2 * s * s)) / s ** 2
                            for w, s in zip(weights, self.sigmas)) / (2 * np.pi * sum(weights))
             np.testing.assert_allclose(out / 1e4, expected, atol=1.5e-8 * expected.max())
-        # The light of each pixel gets the PSF at that pixel.
+        # The light of each pixel is spread by the PSF at that pixel.
         impulse = np.zeros((HEIGHT, WIDTH))
         impulse[27, 31] = 1
         fits.writeto(self.path("impulse.fits"), impulse, overwrite=True)
@@ -445,7 +448,7 @@ class Inject(Case):
             self.refused("^bad.psf: ", "convolve", "--psf", "bad.psf", "impulse.fits", "o.fits")
 
     def test_convolution_with_a_psf_that_varies(self):
-        """Against a sum over sources in NumPy."""
+        """The convolution agrees with a sum over sources in NumPy."""
         self.write_psfex("default.psf")
         image = np.random.default_rng(3).normal(0, 1, (HEIGHT, WIDTH))
         missing = image.copy()
@@ -453,7 +456,7 @@ class Inject(Case):
         rows, columns = np.indices((HEIGHT, WIDTH))
 
         def spread(x, y):
-            """The PSF at a pixel from 0, over the image; the file's stamps end after 15 pixels."""
+            """The PSF at a pixel (from 0) over the image; the stamps of the file end after 15 pixels."""
             u, v = (x + 1 - 20) / 40, (y + 1 - 10) / 50
             weights = (1, u, u * u, v, u * v, v * v)
             near = (abs(rows - y) <= 15) & (abs(columns - x) <= 15)
@@ -476,7 +479,7 @@ class Inject(Case):
             self.gutil("convolve", "--psf", "default.psf", "field.fits", "spread.fits", "--overwrite")
             np.testing.assert_allclose(fits.getdata(self.path("spread.fits")), expected, rtol=0,
                                        atol=6.5e-8 * np.nanmax(abs(expected)))
-        # One PSF everywhere is another image.
+        # A constant PSF gives a different image.
         self.gutil("convolve", "--psf", "default.psf", "--one-psf", "field.fits", "one.fits")
         self.assertGreater(np.nanmax(abs(fits.getdata(self.path("one.fits")) - stood_for)), 1e-3)
 
@@ -501,7 +504,7 @@ class Inject(Case):
                 np.testing.assert_array_equal(np.isnan(out), np.isnan(science))
                 np.testing.assert_array_equal(out[counts == 0], science[counts == 0])
                 np.testing.assert_allclose(out, science + counts, rtol=1.2e-7)
-        # BSCALE is a power of 2, so that Astropy's float is exact.
+        # BSCALE is a power of 2, so that Astropy's floats are exact.
         hdu = fits.PrimaryHDU(old.astype("f4") / 4, science_header())
         hdu.scale("int16", bscale=0.25, bzero=8)
         hdu.writeto(self.path("scaled.fits"), overwrite=True)

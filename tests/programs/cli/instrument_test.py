@@ -1,9 +1,9 @@
-"""Instruments: pixels of gamer, PSF and noise of gutil, against published figures.
+"""Instruments: pixels of gamer, PSF and noise of gutil, compared with published values.
 
 instrument_test.py GAMER SOURCE_DIR GUTIL
 """
 
-from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
+from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: chooses the Python.
 
 import os
 import subprocess
@@ -17,7 +17,7 @@ import gamer_program
 
 GUTIL = os.path.abspath(sys.argv[3])
 
-# Depth of point sources at 5 sigma in one visit at zenith (SMTN-002 of the Rubin Observatory).
+# 5-sigma depths of point sources in one visit at zenith (SMTN-002 of the Rubin Observatory).
 LSST_DEPTHS = {"lsst_u": 23.70, "lsst_g": 24.97, "lsst_r": 24.52, "lsst_i": 24.13,
                "lsst_z": 23.56, "lsst_y": 22.55}
 LSST_FWHM = {"lsst_u": 0.92, "lsst_g": 0.87, "lsst_r": 0.83, "lsst_i": 0.80, "lsst_z": 0.78,
@@ -25,7 +25,7 @@ LSST_FWHM = {"lsst_u": 0.92, "lsst_g": 0.87, "lsst_r": 0.83, "lsst_i": 0.80, "ls
 ZERO_POINTS = {"lsst_u": 26.52, "lsst_g": 28.51, "lsst_r": 28.36, "lsst_i": 28.17,
                "lsst_z": 27.78, "lsst_y": 26.82}
 EXPOSURE = 30  # s
-# The note adds the read noise of exposures of 15 s, two for a visit.
+# The note also counts the read noise of two exposures of 15 s in a visit.
 DEPTH_ERROR = 0.1
 SCENE = "galaxy px py apparent_magnitude\nstar 10 10 20\n"
 
@@ -61,10 +61,12 @@ class Instruments(unittest.TestCase):
             seen = CCDData.read(folder.path / "seen.fits", hdu_uncertainty="VARIANCE")
             self.assertIsInstance(seen.uncertainty, VarianceUncertainty)
             for plane, (band, depth) in enumerate(LSST_DEPTHS.items()):
-                # Bickerton & Lupton 2013: pixels that count as noise for a double Gaussian PSF.
+                # The effective number of noise pixels of a double Gaussian PSF (Bickerton & Lupton
+                # 2013).
                 pixels = 2.266 * (LSST_FWHM[band] / 0.2) ** 2
                 background = pixels * variance[plane, 40:, 40:].mean()
-                # The source's own photons count too: S = 5 sqrt(electron S + background), in nJy.
+                # The photons of the source add noise, too: S = 5 sqrt(electron S + background), in
+                # nJy.
                 electron = nanojansky(ZERO_POINTS[band]) / EXPOSURE
                 signal = 12.5 * electron + np.sqrt((12.5 * electron) ** 2 + 25 * background)
                 found = 31.4 - 2.5 * np.log10(signal)

@@ -1,4 +1,4 @@
-"""--log json: every message is an object on a line of standard error.
+"""--log json: every message is a JSON object on one line of standard error.
 
 log_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -20,7 +20,7 @@ NUMBERS = {"done", "total", "unit", "rate", "left"}
 
 class Log(unittest.TestCase):
     def messages(self, text):
-        """The objects of all lines, by level; each is checked."""
+        """The messages of all lines, by level, each checked."""
         found = []
         for line in text.splitlines():
             message = json.loads(line)
@@ -142,7 +142,7 @@ class Log(unittest.TestCase):
             try:
                 while piece := os.read(ours, 4096):
                     said += piece
-            except OSError:  # the terminal's end
+            except OSError:  # the terminal is closed
                 pass
             os.close(ours)
             self.assertEqual(process.communicate()[0], b"")

@@ -1,7 +1,7 @@
 """Peak memory of large images and large catalogues, on every rank.
 
-With "slow" as the last argument at full size: 50000 x 50000 pixels in three planes, and 10^6 galaxies, each
-below 1 GiB. Else a part of both, with a bound in proportion.
+With "slow" as the last argument the sizes are full: 50000 x 50000 pixels in three planes, and 10^6 galaxies, each below
+1 GiB. Otherwise they are smaller, with a bound in proportion.
 """
 
 import os
@@ -49,7 +49,7 @@ NUMBERS = ("ra", "dec", "redshift", "size_kpc", "magnitude", "inclination", "pa"
 
 
 def run(folder, *arguments, ranks=1):
-    """Peak memory of each rank, MiB: what the program says and, alone, what the system says."""
+    """Peak memory of each rank in MiB, as the program says and, for one rank, as the system says."""
     command = [str(PROGRAM), *arguments, "-v"]
     if ranks > 1:
         command = [LAUNCHER, "--quiet", "--oversubscribe", "-n", str(ranks)] + command
@@ -71,8 +71,8 @@ def run(folder, *arguments, ranks=1):
 
 
 def rows(count, all_touch):
-    """Numbers without a pattern, the same in every format."""
-    # The image is 320 arcsec wide; 4 degrees reach beyond it.
+    """Rows of numbers without a pattern, equal in every format."""
+    # The image is 320 arcsec wide; a field of 4 degrees reaches beyond it.
     side = 0.085 if all_touch else 4
     for i in range(count):
         share = [(i * step) % 1 for step in (0.6180339887, 0.7548776662, 0.5698402910,
@@ -134,11 +134,11 @@ WRITERS = {"lst": write_list, "ecsv": write_ecsv, "fits": write_fits}
 
 
 class Images(unittest.TestCase):
-    """A galaxy of 100 pixels in an image of mostly nothing."""
+    """A galaxy of 100 pixels in an image that is mostly empty."""
 
     def test_rows_are_not_held(self):
         size = 50000 if SLOW else 8000
-        # What does not grow with the image is some 100 MiB: libraries, eight blocks of 8 MiB.
+        # About 100 MiB do not depend on the image: libraries and eight blocks of 8 MiB.
         bound = GIBIBYTE if SLOW else 200 * MEBIBYTE
         with Folder(**{"large.par": IMAGE.format(size=size), "smooth.toml": SMOOTH,
                        "one.lst": "galaxy x y z size inclination\nsmooth 0.3 0.2 0 50 40\n"}) as folder:
@@ -152,7 +152,7 @@ class Images(unittest.TestCase):
                 self.assertLess(max(peaks) * MEBIBYTE, bound)
                 status = image.stat()
                 self.assertGreater(status.st_size, 12 * size * size)
-                # Rows of zeros take no place on disk.
+                # Rows of zeros take no space on disk.
                 self.assertLess(512 * status.st_blocks, 110 * 12 * size + 2 * MEBIBYTE)
                 with open(image, "rb") as file:
                     head = file.read(1 << 20)
@@ -167,7 +167,7 @@ class Images(unittest.TestCase):
 
 
 class Catalogues(unittest.TestCase):
-    """1 GiB for 10^6 galaxies: what a small scene takes, and 1/10^6 of the rest for each."""
+    """The bound is the memory of a small scene, plus for each row 10^-6 of the rest of 1 GiB."""
 
     def peaks(self, kind, count, all_touch, ranks=1):
         with Folder(**{"sky.par": SKY, "smooth.toml": SMOOTH}) as folder:

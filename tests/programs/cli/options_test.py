@@ -1,4 +1,4 @@
-"""What the program tells without rendering."""
+"""What the program prints without rendering."""
 
 import unittest
 
@@ -35,7 +35,7 @@ class Tells(unittest.TestCase):
         self.assertTrue(self.tell("--print-manual", "man").startswith(".TH GAMER 1 "))
         self.assertTrue(self.tell("--print-manual", "bash").endswith("-F _gamer gamer\n"))
         self.assertTrue(self.tell("--print-manual", "zsh").startswith("#compdef gamer\n"))
-        # For the build alone.
+        # The build alone uses this option.
         self.assertNotIn("--print-manual", self.tell("--help") + self.tell("--print-manual", "man"))
         with Folder() as folder:
             result = folder.run("--print-manual", "info")
@@ -72,7 +72,7 @@ class Tells(unittest.TestCase):
             result = folder.run("look", "my.toml", "-s", "image.size=32", "-q")
             self.assertEqual((result.returncode, result.stderr), (0, ""))
             self.assertEqual(folder.content()["my.png"][:4], b"\x89PNG")
-            # It can be made again from the picture alone, and not by accident.
+            # The picture alone suffices to make it again; no file is replaced without --overwrite.
             result = folder.run("look", "my.toml", "-s", "image.size=32", "-q")
             self.assertEqual(result.returncode, 2)
             self.assertIn("'my.png' exists already; --overwrite replaces it", result.stderr)

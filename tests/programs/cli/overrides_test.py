@@ -1,6 +1,6 @@
 """Parameters of galaxies that a parameter file or the command line replaces."""
 
-import sky_program  # First: goes on in the Python that has Astropy.
+import sky_program  # First: restarts in the Python that has Astropy.
 import unittest
 
 from astropy.io import fits
@@ -84,7 +84,7 @@ class Overrides(unittest.TestCase):
             self.assertEqual(pixels(folder, "again.fits"), pixels(folder, "edited.fits"))
             scene = fits.getdata(folder.path / "own.fits", "SCENE")
             self.assertEqual(list(scene["overrides"]), ["", text])
-            # What holds for the type holds where the row says nothing else.
+            # A value for the type holds where the row gives none.
             self.render(folder, "render.par", "own.lst", "-s", "galaxy.spiral.dust.optical_depth=3",
                         "-s", "galaxy.spiral.disk2.noise.octaves=3", "-s",
                         "galaxy.spiral.arms.count=3", "-o", "both.fits")
@@ -96,7 +96,7 @@ class Overrides(unittest.TestCase):
 
     def test_wrong_columns_are_said(self):
         names, row, _ = SCENE.splitlines()
-        # Blanks outside of quotes mean nothing, on other ranks as well.
+        # Blanks outside quotes mean nothing; other ranks read them likewise.
         blanks = f'{names.replace(" ", ",")},overrides\n{row.replace(" ", ",")},"arms.count = 3; dust.optical_depth =3"\n'
         with Folder(**{"b.csv": blanks}) as folder:
             self.render(folder, "render.par", "scene.lst", "-s", "galaxy.spiral.arms.count=3", "-s",
@@ -133,7 +133,7 @@ class Overrides(unittest.TestCase):
             self.assertIn("galaxy.spirl.dust.tau: no galaxy in the image is of this type",
                           result.stderr)
 
-# Light whose fractions are known, behind dust that --solo hides.
+# Components with given fractions of the light, behind dust that --solo hides.
 SHARES = """[[component]]
 class = "sersic"
 name = "round bulge"
@@ -196,7 +196,7 @@ attenuated = false
 """
         scene = "galaxy ra dec redshift size_arcsec apparent_magnitude\nspiral 0 0 0.1 3 22.5\n"
         with Folder(**{"spiral.toml": SHARES, "render.par": sky, "scene.lst": scene}) as folder:
-            # 22.5 AB are 3631 Jy 10^-9.
+            # 22.5 mag AB are 3631e-9 Jy.
             for name, share in (("round bulge", 0.3), ("disk", 0.7)):
                 light = self.light(folder, "render.par", "scene.lst", "--solo", name).sum()
                 self.assertAlmostEqual(light / 3631, share, delta=2e-3 * share)

@@ -1,9 +1,9 @@
-"""gutil photometry at several places, compared with NumPy and with calls for one place.
+"""gutil photometry at several places agrees with NumPy and with calls for one place.
 
 photometry_test.py GAMER SOURCE_DIR GUTIL
 """
 
-import sky_program  # First: goes on in the Python that has Astropy.
+import sky_program  # First: restarts in the Python that has Astropy.
 import json
 import os
 import subprocess
@@ -21,7 +21,7 @@ from gamer_program import Folder
 
 GUTIL = os.path.abspath(sys.argv[3])
 WIDTH, HEIGHT = 80, 60
-# FITS pixels; the sixth is outside.
+# Places in FITS pixels; the sixth is outside the image.
 X = np.array([20.0, 41.25, 60.5, 33.0, 70.0, 200.0])
 Y = np.array([15.0, 30.5, 44.25, 33.0, 12.0, 10.0])
 
@@ -53,7 +53,7 @@ class Places(unittest.TestCase):
         return Table.read(self.folder.path / name)
 
     def check(self, table, places):
-        """A row per plane, place and radius, as calls for one place give it."""
+        """The table has a row for each plane, place and radius, with the values of calls for one place."""
         self.assertEqual(len(table), 2 * len(places) * 2)
         single = {}
         for row in table:
@@ -75,7 +75,7 @@ class Places(unittest.TestCase):
         self.check(self.table("--radius", "3,6", "--position", numbers, suffix="fits"), [0, 1, 2])
 
     def test_fluxes_are_sums(self):
-        """A circle about a pixel's middle that its whole neighbours fill: 5 x 5 pixels and more."""
+        """Fluxes agree with sums over 40 x 40 points in each pixel."""
         table = self.table("--radius", "30", "--center", "33,33,20,15")
         rows, columns = np.indices((HEIGHT, WIDTH)) + 1
         offsets = (np.arange(40) + 0.5) / 40 - 0.5

@@ -1,4 +1,4 @@
-"""A region of an image has the pixels of the whole image there, bit for bit.
+"""A region of an image has the pixels of the whole image, bit for bit.
 
 region_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -6,7 +6,7 @@ region_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 import io
 import unittest
 
-from sky_program import SkyFolder, check_wrong_inputs, toml  # First: the Python.
+from sky_program import SkyFolder, check_wrong_inputs, toml  # First: chooses the Python.
 
 import numpy as np
 from astropy.io import fits
@@ -14,18 +14,18 @@ from astropy.wcs import WCS
 from gamer_job import Job
 from gamer_program import ENVIRONMENT, GALAXY, LAUNCHER, RANKS, STAR_FIELD, main
 
-# DATE is the only thing in a file that is not the job's.
+# DATE is the only card that does not follow from the job.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 
 WIDTH, HEIGHT = 75, 58
-# In the middle of tiles, and at a corner of the image.
+# One region begins within tiles, the other one is at a corner of the image.
 REGIONS = ((23, 18, 30, 21), (60, 1, 16, 58))
 
 BANDS = {"bands": ["sdss_g", "sdss_r", "sdss_i"]}
 SKY = {"projection": "sky", "center": [150.1, 2.2], "pixel_scale": 0.2, "rotation": 34}
 
-# More dusty redshifts than choose the spectral nodes, some galaxies beyond each region, one beyond
-# the image, stars, and a distorted galaxy.
+# More redshifts with dust than the spectral nodes are chosen from, galaxies outside each region,
+# one galaxy outside the image, stars, and a lensed galaxy.
 SKY_ROWS = [
     ("spiral", -4.1, -3.2, 0.11, 2.1, 19, 40, 10, 0),
     ("spiral", 5.2, 3.8, 0.31, 1.2, 20, 70, 60, 0),
@@ -50,7 +50,7 @@ spiral 0.5 2 0.1 10 0 0.5
 spiral -0.7 0.3 0.4 70 80 0.3
 """
 
-# Two overlapping galaxies of stars.
+# Two overlapping star fields.
 FIELD_LIST = """galaxy x y z size magnitude
 field 0 0 0 1 -20
 field 0.4 0.3 0.1 0.7 -19
@@ -63,7 +63,7 @@ def parameters(camera, spectrum=None, **more):
                 **{"sampling": {"tolerance": 0.02}, **more})
 
 
-# name: (render.par, scene.lst, further arguments)
+# Each view is name: (render.par, scene.lst, further arguments).
 VIEWS = {
     "sky": (parameters(SKY), SKY_LIST, ["--truth"]),
     "sky, a grid of rays": (parameters({**SKY, "supersample": 2}), SKY_LIST, []),
@@ -94,7 +94,7 @@ def crop(pixels, region):
 
 
 def survey():
-    """A FITS file with SIP polynomials."""
+    """A FITS file whose axes have SIP polynomials."""
     hdu = fits.PrimaryHDU(np.zeros((HEIGHT, WIDTH), np.float32))
     hdu.header.update({
         "CTYPE1": "RA---TAN-SIP", "CTYPE2": "DEC--TAN-SIP", "CRVAL1": 150.1, "CRVAL2": 2.2,
@@ -114,7 +114,7 @@ def folder_of(view):
 
 class Regions(unittest.TestCase):
     def check_truth(self, folder, name, region):
-        """The table has the objects that touch the region; x and y are counted from its corner."""
+        """Table TRUTH has the objects that touch the region, with x and y counted from its corner."""
         with fits.open(folder.path / "whole.fits") as hdus:
             whole = {row["id"]: row for row in hdus["TRUTH"].data}
             names = hdus["TRUTH"].columns.names
@@ -136,7 +136,7 @@ class Regions(unittest.TestCase):
             self.assertAlmostEqual(float(dec), row["dec"], delta=1e-10)
 
     def check_axes(self, whole, own, region):
-        """Both headers give each pixel of the region one place."""
+        """Both headers give each pixel of the region one sky position."""
         whole, own = WCS(whole, naxis=2), WCS(own, naxis=2)
         x, y = np.array([1, region[2], 1, region[2]]), np.array([1, 1, region[3], region[3]])
         expected = whole.all_pix2world(x + region[0] - 1, y + region[1] - 1, 1)
@@ -174,7 +174,7 @@ class Regions(unittest.TestCase):
                               ranks=ranks)
                 self.assertEqual(folder.content()["out.fits"], expected)
                 (folder.path / "known.fits").unlink()
-            # A part of the whole image's file is that region, too.
+            # The record of the whole image gives the region, too.
             folder.render("render.par", "scene.lst")
             folder.render("--from-header", "whole.fits", "--region", text_of(region),
                           "-o", "part.fits")
@@ -193,7 +193,8 @@ class Regions(unittest.TestCase):
             folder.render("render.par", "scene.lst", "--preview")
             folder.render("render.par", "scene.lst", "--preview", "-o", "own.fits",
                           "--region", "22,18,30,21")
-            # Pixels 22 to 51 and 18 to 38 are within 6 to 13 and 5 to 10 of a quarter of the size.
+            # These pixels of the preview, a quarter of the size, hold the region's pixels 22 to 51
+            # and 18 to 38.
             expected = crop(folder.image("whole.fits")[0], (6, 5, 8, 6))
             self.assertEqual(folder.image("own.fits")[0].tobytes(), expected.tobytes())
 
@@ -243,7 +244,7 @@ class Regions(unittest.TestCase):
                 self.assertEqual(result.returncode, 2)
                 self.assertIn("'own.fits' is itself a region, [1, 1, 5, 5]", result.stderr)
                 self.assertNotIn("other.fits", folder.content())
-        # The record of a view that is not of the sky has all objects.
+        # A view that is not of the sky has all objects in its record.
         with folder_of("orthographic") as folder:
             folder.render("render.par", "scene.lst")
             folder.render("render.par", "scene.lst", "--region", "1,1,20,20", "-o", "own.fits")

@@ -1,4 +1,4 @@
-"""A job that is interrupted goes on where it was, and makes the same files, byte by byte.
+"""An interrupted job continues where it was, and makes identical files.
 
 resume_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -18,7 +18,7 @@ from gamer_job import Job
 from gamer_program import (ENVIRONMENT, FILES, GALAXY, LAUNCHER, PARAMETERS, PROGRAM, RANKS, Folder,
                            main, read_primary)
 
-# DATE is the only thing in a file that is not the job's.
+# DATE is the only card that does not follow from the job.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 
 WIDTH, HEIGHT = 48, 72
@@ -33,7 +33,7 @@ def resume_command(*arguments):
 
 
 def has_begun_file(folder):
-    """Whether a private folder holds a file in the making. That folder may vanish meanwhile."""
+    """Whether a private folder holds an unfinished file. The folder may vanish during the look."""
     try:
         return any(folder.path.glob(".out.fits.*/*.part"))
     except FileNotFoundError:
@@ -43,7 +43,7 @@ def has_begun_file(folder):
 class Resume(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        """Rays enough for half a second of one core, which leaves time to interrupt."""
+        """Finds the number of rays that takes half a second of one core, which leaves time to interrupt."""
         def core_seconds():
             return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
 
@@ -58,15 +58,15 @@ class Resume(unittest.TestCase):
                     break
             cls.expected = folder.content()
         _, data = read_primary(cls.expected["out.fits"])
-        # What the journal holds besides texts: all but zeros.
+        # Bytes of pixels in the journal, which leaves out zeros.
         cls.pixel_bytes = sum(4 for at in range(0, len(data), 4) if any(data[at:at + 4]))
 
     def wait_for(self, job, share, name="out.fits"):
-        """Until this share of the image is in the journal."""
+        """Waits until this share of the image is in the journal."""
         job.wait_for_journal(share * self.pixel_bytes, name)
 
     def start(self, folder, *more, ranks=1, limit=None):
-        # Every row is forced to disk, which makes time to interrupt.
+        # Every row is forced to disk, which slows the job and leaves time to interrupt.
         return Job(folder, *self.arguments, "-j", "1", "--journal", "0", *more, ranks=ranks,
                    limit=limit)
 
@@ -88,7 +88,7 @@ class Resume(unittest.TestCase):
         self.assertEqual(list(folder.path.glob(".*")), [])
 
     def interrupt(self, folder, *more, share=0.4):
-        """Leaves a folder with a journal."""
+        """Leaves a folder with the journal of a killed job."""
         with self.start(folder, *more) as job:
             self.wait_for(job, share)
             job.process.kill()
@@ -107,7 +107,7 @@ class Resume(unittest.TestCase):
                 what = f"seed {seed}, kill {i}: rank {rank} at {share:.2f}"
                 print(what, flush=True)
                 with self.subTest(what), self.start(folder, ranks=RANKS[-1]) as job:
-                    # A negative share is a moment before the first row.
+                    # A negative share stands for seconds before the first row.
                     if share < 0:
                         job.wait_until(lambda: len(job.processes()) == RANKS[-1])
                         time.sleep(-share)
@@ -116,13 +116,13 @@ class Resume(unittest.TestCase):
                     ranks = job.processes()
                     if rank < len(ranks):
                         os.kill(ranks[rank], signal.SIGKILL)
-                    # The launcher itself takes another second.
+                    # The launcher itself takes a second more to end.
                     job.wait_for_ranks_to_end(ranks)
                     begun += "out.fits.journal" in folder.content()
                     self.check_resumed(folder, "-j", "2", ranks=RANKS[i % 2])
                 for name in folder.content().keys() - FILES.keys():
                     (folder.path / name).unlink()
-        # Most kills left work to go on with.
+        # Most kills leave a journal.
         self.assertGreaterEqual(begun, KILLS // 3)
 
     def test_kill_again_and_again(self):
@@ -161,7 +161,7 @@ class Resume(unittest.TestCase):
                 self.check_complete(folder)
 
     def test_the_command_names_any_file(self):
-        # A sequence for terminals, a line's end, a quote and a letter beyond ASCII.
+        # The name has a control sequence, a line break, a quote and a letter outside ASCII.
         name = "a\x1b[31m\nb'\\ é.fits"
         with Folder() as folder:
             with self.start(folder, "-o", name) as job:
@@ -180,13 +180,13 @@ class Resume(unittest.TestCase):
 
     @unittest.skipUnless(LAUNCHER, "built without MPI")
     def test_signals_under_mpirun(self):
-        # Long enough for the launcher to pass a signal on.
+        # The job is long enough for the launcher to pass a signal on.
         long = ("render.par", "scene.lst", "-s", "image.size=[240, 3600]", "-s",
                 "camera.supersample=16", "-j", "1", "--journal", "0")
         said = "gamer: stopped by SIGTERM; finished rows are kept in out.fits.journal; go on with: "
 
         def stop(name):
-            """What was said, and which files are left."""
+            """The message, and the files that are left."""
             with Folder() as folder:
                 with Job(folder, *long, ranks=RANKS[-1]) as job:
                     job.wait_for_journal()
@@ -206,9 +206,8 @@ class Resume(unittest.TestCase):
                 self.assertIn("out.fits.journal", files)
                 return err, files
 
-        # The launcher, a rank other than 0 alone, all ranks. Open MPI's launcher (4.1.4) sends
-        # SIGKILL right behind its SIGTERM, which rank 0 does not always outrun, with what it says or
-        # with what it removes: then once more.
+        # Signals go to the launcher, to one rank other than 0, and to all ranks. Open MPI's launcher 4.1.4 sends
+        # SIGKILL right after its SIGTERM. Rank 0 does not always finish in time; the attempt is then repeated.
         for name in ("launcher", "rank", "all"):
             with self.subTest(name):
                 for _ in range(5):
@@ -296,7 +295,7 @@ class Resume(unittest.TestCase):
             self.assertEqual(result.returncode, 0, result.stderr)
             self.assertNotIn("from the journal", result.stdout)
             self.assertNotIn("out.fits.journal", folder.content())
-            # An output that may be replaced stays until the new one is there.
+            # An output that may be replaced stays until the new one is complete.
             old = folder.content()["out.fits"]
             self.interrupt(folder, "--overwrite")
             self.assertTrue(folder.content()["out.fits"] == old)
@@ -388,7 +387,7 @@ class Resume(unittest.TestCase):
                                                     arguments=arguments), "from the journal")
 
     def check_failure(self, folder, job, reason, journal="out.fits.journal"):
-        """Ends with one message, which says why and how to go on."""
+        """The job ends with one message, which says why and how to continue."""
         code, out, err, _ = job.end()
         self.assertEqual((code, out), (1, ""), err)
         self.assertEqual(err.count("\n"), 1, err)
@@ -402,7 +401,8 @@ class Resume(unittest.TestCase):
             resource.setrlimit(resource.RLIMIT_FSIZE, (self.pixel_bytes,) * 2)
 
         with Folder() as folder:
-            # The journal of a picture, in double precision, is the first that becomes so large.
+            # The journal of a picture, in double precision, is the first file that reaches the
+            # limit.
             with self.start(folder, "-o", "x.png", limit=limit) as job:
                 err = self.check_failure(folder, job, "File too large", "x.png.journal")
             self.assertTrue(err.startswith("x.png.journal: cannot write: "), err)
@@ -456,10 +456,10 @@ class Resume(unittest.TestCase):
                 folder.path.chmod(0o555)
                 self.check_failure(folder, job, "Permission denied")
             folder.path.chmod(0o755)
-            # All rows are there, and the journal of a job that only lacks its files' names.
+            # The journal has all rows; only the renaming of the files is missing.
             journal = (folder.path / "out.fits.journal").read_bytes()
             self.assertIn(f"{HEIGHT} rows from the journal", self.check_resumed(folder, limit=limit))
-            # Killed before the journal was removed.
+            # This is the state of a job killed between renaming and the removal of its journal.
             folder.write("out.fits.journal", journal)
             self.check_resumed(folder)
 

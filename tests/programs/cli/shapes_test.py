@@ -1,11 +1,11 @@
-"""Sizes, axis ratios, Sersic indices and shears of rows are those of the images, measured apart.
+"""Sizes, axis ratios, Sersic indices and shears of rows are those measured on the images.
 
 shapes_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
 
 import unittest
 
-from sky_program import SMOOTH, SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
+from sky_program import SMOOTH, SkyFolder, check_wrong_inputs, nanojansky, toml  # First: chooses the Python.
 
 import numpy as np
 from astropy.io import fits
@@ -32,7 +32,7 @@ def render(rows, columns, size=161, tolerance=1e-3, files=None, camera=None):
 
 
 class Moments:
-    """Second moments of an image, in pixels, less those of a pixel. N is +y, E is -x."""
+    """Second moments of an image in pixels, less those of one pixel. N is +y, and E is -x."""
 
     def __init__(self, image):
         y, x = np.indices(image.shape)
@@ -53,9 +53,9 @@ class Moments:
 
 
 def half_light_radius(image):
-    """Radius of the circle about the middle that holds half of the light, arcsec."""
+    """Radius in arcsec of the circle about the middle that holds half of the light."""
     middle = (image.shape[0] - 1) / 2
-    # Each pixel is 25 points, so that the circle's edge is finer than pixels.
+    # Each pixel is 5 x 5 points, so that the circle's edge is finer than pixels.
     offsets = (np.arange(5) + 0.5) / 5 - 0.5
     y, x = np.indices(image.shape)
     radius = np.hypot(x[..., None, None] + offsets[:, None] - middle,
@@ -66,7 +66,7 @@ def half_light_radius(image):
     return PIXEL * np.interp(0.5 * inside[-1], inside, radius[order])
 
 
-# A disk face on, thin and without arms.
+# A thin face-on disk without arms.
 ROUND = """[[component]]
 class = "disk"
 sed = "Sbc"
@@ -101,7 +101,7 @@ class Shear(unittest.TestCase):
                                    magnified / nanojansky(MAGNITUDE), delta=1e-6)
 
     def test_a_structured_galaxy_is_its_twin_sheared(self):
-        """Second moments transform as Q' = A^-1 Q A^-T; also at an angle."""
+        """Second moments transform as Q' = A^-1 Q A^-T, for shears in two directions."""
         columns = "half_light_radius inclination pa g1 g2"
         files = {"clumpy.toml": CLUMPY}
         twin = Moments(render([("clumpy", "0.8 50 30 0 0")], columns, 241, files=files)[0])
@@ -177,12 +177,12 @@ class Sizes(unittest.TestCase):
 
 
 def growth(index, radius):
-    """The share of light of Sersic's law within a radius in units of R_e."""
+    """The share of the light of Sersic's law within a radius, in units of R_e."""
     return gammainc(2 * index, gammaincinv(2 * index, 0.5) * radius ** (1 / index))
 
 
 def share_within(image, radius):
-    """The share of MAGNITUDE's light within a radius."""
+    """The share within a radius of the light of MAGNITUDE."""
     middle = (image.shape[0] - 1) / 2
     y, x = np.indices(image.shape)
     offsets = (np.arange(20) + 0.5) / 20 - 0.5
@@ -193,7 +193,7 @@ def share_within(image, radius):
 
 class Sersic(unittest.TestCase):
     def test_growth_of_light(self):
-        """The share of light within 0.5 R_e and R_e. The ball holds all but 1e-3 of it."""
+        """The share of light within 0.5 R_e and R_e is that of Sersic's law. The ball holds all but 1e-3 of it."""
         for galaxy, values, n in (("sersic", "1 0.5", 0.5), ("exponential", "1 -", 1),
                                   ("sersic", "1 2", 2), ("devaucouleurs", "1 -", 4)):
             image, _ = render([(galaxy, values)], "half_light_radius sersic_index")
@@ -201,7 +201,7 @@ class Sersic(unittest.TestCase):
                 self.assertAlmostEqual(share_within(image, radius), growth(n, radius), delta=8.5e-4)
 
     def test_bulge_and_disk(self):
-        """Both laws about one centre; half of all light is within the row's radius."""
+        """Bulge and disk have a common centre; half of all light is within the row's radius."""
         columns = "half_light_radius bulge_fraction sersic_index bulge_radius_ratio sed"
         for share, n, ratio in ((0.3, 2, 0.25), (0.6, None, None), (0.2, 1, 1.5), (0, None, None),
                                 (1, 2.5, None)):

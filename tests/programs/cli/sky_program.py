@@ -1,6 +1,6 @@
 """Folders of sky views for the tests, read with Astropy and checked with fitsverify.
 
-Imported first: it goes on in the Python that has Astropy.
+It is imported first, since it restarts the test in the Python that has Astropy.
 """
 
 import os
@@ -25,12 +25,12 @@ from gamer_program import FILES, LAUNCHER, Folder
 if shutil.which("fitsverify") is None:
     sys.exit("no fitsverify: install it")
 
-# No words on old names of keywords.
+# Astropy is not to warn of old keywords.
 astropy.log.setLevel("ERROR")
 
 ZERO_POINT = 31.4  # AB magnitude of 1 nJy
 
-# Without arms, noise and dust: the same whatever the seed.
+# A galaxy without arms, noise and dust, which is equal for every seed.
 SMOOTH = """[[component]]
 class = "bulge"
 sed = "E"
@@ -52,7 +52,7 @@ def nanojansky(magnitude):
 
 
 def toml(**sections):
-    """A parameter file: toml(image={"size": 3}) is "[image]\\nsize = 3\\n"."""
+    """The text of a parameter file: toml(image={"size": 3}) is "[image]\nsize = 3\n"."""
     def text(value):
         if isinstance(value, bool):
             return str(value).lower()
@@ -66,7 +66,7 @@ def toml(**sections):
 
 
 class SkyFolder(Folder):
-    """A folder with one type of galaxy, smooth.toml, and what it is given."""
+    """A folder with one type of galaxy, smooth.toml, and the files that it is given."""
 
     def __init__(self, files=()):
         super().__init__()
@@ -77,7 +77,7 @@ class SkyFolder(Folder):
             self.write(name, text)
 
     def render(self, *arguments, ranks=1, stdin=None):
-        """Runs gamer; it and all FITS files that it makes must be fine."""
+        """Runs gamer; the program and all FITS files that it makes must be without fault."""
         before = self.content()
         result = self.run(*arguments, "--quiet", ranks=ranks, stdin=stdin)
         assert (result.returncode, result.stdout, result.stderr) == (0, "", ""), result
@@ -94,14 +94,14 @@ class SkyFolder(Folder):
         assert report.stdout.startswith("verification OK"), report.stdout
 
     def image(self, name, hdu=0):
-        """Pixels (double precision) and header."""
+        """The pixels in double precision, and the header."""
         with fits.open(self.path / name, checksum=True) as hdus:
             return hdus[hdu].data.astype(float), hdus[hdu].header.copy()
 
 
 def check_wrong_inputs(test, cases, ranks=1):
-    """Each of `cases`, name: (files, arguments, how the message begins, what it also says), gives
-    one message, exit code 2, and no file."""
+    """Each of `cases`, name: (files, arguments, beginning of the message, what it also says), gives
+    one message, exit code 2 and no file."""
     for name, (files, arguments, begin, also) in cases.items():
         with test.subTest(name, ranks=ranks), SkyFolder(files) as folder:
             before = folder.content()
@@ -115,7 +115,7 @@ def check_wrong_inputs(test, cases, ranks=1):
 
 
 class WrongInputs:
-    """Tests of the wrong inputs `cases`. Those of `names` also run under mpirun."""
+    """Tests of the wrong inputs `cases`; those in `names` also run under mpirun."""
 
     def test_alone(self):
         check_wrong_inputs(self, self.cases)

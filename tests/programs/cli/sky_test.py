@@ -1,4 +1,4 @@
-"""Sky views lie on the sky where Astropy says that their headers say.
+"""Sky views agree with Astropy's reading of their headers.
 
 sky_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -7,7 +7,7 @@ import re
 import subprocess
 import unittest
 
-from sky_program import (SkyFolder, WrongInputs, check_wrong_inputs,  # First: the Python.
+from sky_program import (SkyFolder, WrongInputs, check_wrong_inputs,  # First: chooses the Python.
                          nanojansky, toml)
 
 import numpy as np
@@ -17,13 +17,13 @@ from astropy.nddata import CCDData
 from astropy.wcs import WCS
 from gamer_program import ENVIRONMENT, LAUNCHER, command, main
 
-# Pixels of minutes, of arcseconds: right ascensions are rounded to 1e-10 arcsec. Astropy's way to the
-# sky and back errs by the second.
+# Errors of places in pixels of arcminutes and of arcseconds: right ascensions are rounded to 1e-10 arcsec, and
+# Astropy's transformation to the sky and back errs by the second.
 PLACE_ERROR = 4e-12
 FINE_PLACE_ERROR = 2.5e-9
 FLUX_ERROR = 1e-12
 
-ONE_BAND = {"bands": ["sdss_r"]}  # that of the magnitudes, too
+ONE_BAND = {"bands": ["sdss_r"]}  # the band of the magnitudes, too
 CUBE = {"wavelengths": [4000, 5000, 6500]}
 
 
@@ -53,12 +53,12 @@ def direction(sky):
 
 
 def separation(a, b):
-    """deg, of two (ra, dec)."""
+    """The angle in degrees between two (ra, dec)."""
     return np.degrees(2 * np.arcsin(np.linalg.norm(direction(a) - direction(b)) / 2))
 
 
 def position_angle(a, b):
-    """deg, at a of the way to b, East of North."""
+    """The position angle in degrees at a of the direction to b, from North towards East."""
     ra, dec = np.radians(a)
     east = np.array([-np.sin(ra), np.cos(ra), 0])
     north = np.array([-np.sin(dec) * np.cos(ra), -np.sin(dec) * np.sin(ra), np.cos(dec)])
@@ -67,8 +67,8 @@ def position_angle(a, b):
 
 
 def check_stars(test, pixels, places, flux, place_error):
-    """Each star is a point of its flux (the same in all planes of `pixels`) at its pixel, from 0;
-    how many are isolated enough to tell."""
+    """Each star is a point of its flux (equal in all planes of `pixels`) at its pixel, from 0.
+    Returns how many stars are isolated enough to be compared."""
     height, width = pixels.shape
     compared = 0
     for (x, y), expected in zip(places, flux):
@@ -90,7 +90,7 @@ def check_stars(test, pixels, places, flux, place_error):
 
 class Projections(unittest.TestCase):
     def test_stars_of_a_grid_come_out_at_their_pixels(self):
-        # 9 x 7 degrees: centre, rotation, stars.
+        # Each field of 9 x 7 degrees has its centre, rotation and stars.
         fields = {
             "meridian": ([0.3, -31], 33, grid(np.arange(-5, 6), np.arange(-34, -27))),
             "equator": ([359.9, 0], -120, grid(np.arange(-4, 5), np.arange(-3, 4))),
@@ -120,14 +120,14 @@ class Projections(unittest.TestCase):
                     inside = np.all((places > -1) & (places < (180, 140)), axis=1)
                     self.assertEqual(len(fits.getdata(folder.path / "out.fits", "SCENE")),
                                      np.count_nonzero(inside))
-                    # The view is the one asked for.
+                    # The view has the centre, the scale and the rotation that were asked for.
                     middle, above = wcs.wcs_pix2world([[89.5, 69.5], [89.5, 69.51]], 0)
                     self.assertLess(separation(middle, center), 1e-10)
                     self.assertAlmostEqual(separation(middle, above) * 3600, 1.8, delta=1e-6)
                     self.assertAlmostEqual(position_angle(center, above), rotation, delta=1e-6)
                     if name == "meridian":
                         corners.append(places[-1])
-        # At a corner of the field projections differ.
+        # The projections differ at a corner of the field.
         for i in range(4):
             for k in range(i):
                 self.assertGreater(np.abs(corners[i] - corners[k]).max(), 0.05)
@@ -150,7 +150,7 @@ class Projections(unittest.TestCase):
                 delta=1e-6)
 
 
-# Cards of images of 60 x 50 pixels, as others write them.
+# Cards of images of 60 x 50 pixels, as other programs write them.
 CD_MATRIX = """WCSAXES =                    2
 CTYPE1  = 'RA---TAN'           / WCS projection type for this axis
 CTYPE2  = 'DEC--TAN'           / WCS projection type for this axis
@@ -223,7 +223,7 @@ LATPOLE =                -89.0
 OTHER = """OBJECT  = 'a field '
 EXPTIME =                120.5
 """
-# What the cards of a celestial system are called.
+# A pattern of the keywords of a celestial system.
 CELESTIAL = re.compile(r"(C(TYPE|RPIX|RVAL|DELT|UNIT|ROTA)|PC|CD|PV|PS)[12]|[AB]P?_|"
                        r"(LON|LAT)POLE|RADE|EQUINOX|EPOCH|DATE-OBS|MJD")
 
@@ -236,17 +236,17 @@ def records(text):
 
 
 def raw_records(content):
-    """All records before END of a FITS file's first HDU."""
+    """All records before END in the first HDU of a FITS file."""
     header = content.decode("latin-1")
     lines = [header[i:i + 80] for i in range(0, len(header), 80)]
     return lines[:lines.index("END".ljust(80))]
 
 
 class Headers(unittest.TestCase):
-    """camera.header."""
+    """The key `header` of the camera."""
 
     def write_image(self, folder, name, text):
-        """With those cards letter by letter; returns them as a header."""
+        """Writes an image with these cards, letter by letter, and returns its header."""
         image = fits.PrimaryHDU(np.zeros((50, 60), dtype=np.int16))
         cards = image.header.tostring(endcard=False, padding=False)
         content = cards + "".join(records(text)) + "END".ljust(80)
@@ -258,7 +258,7 @@ class Headers(unittest.TestCase):
         return header
 
     def stars(self, header):
-        """On a grid of pixels: ra, dec by Astropy, and the pixels."""
+        """Stars on a grid of pixels: (ra, dec) by Astropy, and the pixels."""
         wcs = WCS(header)
         order = slice(None, None, 1 if header["CTYPE1"].startswith("RA") else -1)
         xs, ys = np.meshgrid(np.arange(2.7, 58, 6.3), np.arange(3.3, 48, 6.1))
@@ -280,7 +280,7 @@ class Headers(unittest.TestCase):
                 expected = [r for r in records(text) if not r.startswith("WCSAXES")]
                 self.assertEqual(found, expected)
                 planes = hdus[hdu].data.reshape(-1, 50, 60)
-                # flat_fnu has the same AB magnitude everywhere.
+                # flat_fnu has one AB magnitude at all wavelengths.
                 for plane in planes:
                     count = check_stars(self, plane, places, nanojansky(magnitudes_of(sky)),
                                         FINE_PLACE_ERROR)
@@ -297,7 +297,7 @@ class Headers(unittest.TestCase):
                     self.assertEqual([hdus[hdu].header[f"WAVELEN{i + 1}"]
                                       for i in range(len(planes))],
                                      spectrum["wavelengths"])
-            # Again, from nothing but itself.
+            # The image alone suffices to make it again.
             for path in list(folder.path.iterdir()):
                 path.unlink()
             folder.write("kept.fits", content)
@@ -323,7 +323,7 @@ STAR = "galaxy ra dec apparent_magnitude\nstar 360 0 20\n"
 
 def case(scene=STAR, *settings, camera="", spectrum='bands = ["sdss_r"]', more="", begin, also="",
          **files):
-    """The camera's keys begin in line 6, the spectrum's line is after them."""
+    """The camera's keys begin in line 6, and the spectrum's line follows them."""
     text = ('[image]\nsize = 20\noutput = "out.fits"\n[camera]\nprojection = "sky"\n' + camera +
             f"[spectrum]\n{spectrum}\n" + more)
     options = [word for setting in settings for word in ("-s", setting)]
@@ -495,7 +495,7 @@ class WrongInput(WrongInputs, unittest.TestCase):
             self.assertEqual(folder.render(*arguments), ["out.fits"])
 
     def test_headers_that_say_no_sky(self):
-        """No celestial axes; galactic ones; another size than asked for."""
+        """The headers have no celestial axes, galactic axes, or another size than asked for."""
         linear = fits.PrimaryHDU(np.zeros((20, 20)))
         galactic = fits.PrimaryHDU(np.zeros((20, 20)))
         galactic.header.update(CTYPE1="GLON-TAN", CTYPE2="GLAT-TAN", CDELT1=-1, CDELT2=1)

@@ -1,4 +1,4 @@
-"""Stamps show each object alone, with the pixels of an image of it alone.
+"""Each stamp shows one object, with the pixels of an image of that object alone.
 
 stamps_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -9,20 +9,20 @@ import subprocess
 import sys
 import unittest
 
-from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
+from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: chooses the Python.
 
 import numpy as np
 from astropy.io import fits
 from astropy.wcs import WCS
 from gamer_program import ENVIRONMENT, GALAXY, PROGRAM, RANKS, main
 
-# DATE is the only thing in a file that is not the job's.
+# DATE is the only card that does not follow from the job.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 
 WIDTH, HEIGHT = 75, 58
 SKY = {"projection": "sky", "center": [150.1, 2.2], "pixel_scale": 0.2, "rotation": 34}
 HEAD = "id galaxy dx dy redshift size_arcsec apparent_magnitude inclination pa seed\n"
-# The last galaxies reach beyond the image; one row is off it.
+# The last galaxies reach beyond the image; one row is outside it.
 ROWS = [
     "g spiral -2.1 -1.2 0.11 2.1 19 40 10 1",
     "- spiral 0.4 0.6 0.05 1.6 18 50 20 2",
@@ -49,7 +49,7 @@ def folder_of(par=parameters(), rows=ROWS):
 
 
 def crop(pixels, header):
-    """The part of an image that a stamp shows, with NaN beyond it."""
+    """The part of an image that a stamp shows, with NaN outside the image."""
     left, bottom = -int(header["LTV1"]), -int(header["LTV2"])
     margin = 100
     wide = np.pad(pixels, [(0, 0)] * (pixels.ndim - 2) + [(margin, margin)] * 2,
@@ -97,7 +97,7 @@ class Stamps(unittest.TestCase):
             folder.render("--from-header", "known.fits", "--truth", "-j", "2")
             files.append(folder.content()["out.fits"])
             self.assertEqual(len(set(files)), 1)
-            # What the stamps are made of makes an image, too.
+            # The record of the stamps makes an image, too.
             folder.render("--from-header", "known.fits", "-s", "image.layout=cube", "-o", "a.fits")
             folder.render("render.par", "scene.lst", "-o", "b.fits")
             self.assertEqual(folder.image("a.fits")[0].tobytes(),
@@ -135,7 +135,7 @@ class Stamps(unittest.TestCase):
                 return [hdu.header["NAXIS1"] for hdu in hdus[1:] if hdu.is_image]
 
     def test_sizes(self):
-        # The balls' radii are 4.95 and 10.75 pixels.
+        # The radii of the balls are 4.95 and 10.75 pixels.
         self.assertEqual(self.sides(), [15, 23, 15])
         self.assertEqual(self.sides("stamps.smallest=5"), [11, 23, 5])
         self.assertEqual(self.sides("stamps.extent=2", "stamps.largest=31"), [21, 31, 15])
@@ -153,7 +153,7 @@ class Stamps(unittest.TestCase):
                                  [43, 27])
 
     def test_many_stamps_take_little_memory(self):
-        """Twelve times the stamps take a few MB more: their headers and tables."""
+        """Twelve times as many stamps take a few MB more, for their headers and tables."""
         def peak(count):
             rows = [f"a{i} smooth {0.01 * (i % 71)} {0.01 * (i % 97)} 0.5 1.1 20 0 0 -"
                     for i in range(count)]
@@ -169,7 +169,7 @@ class Stamps(unittest.TestCase):
                     self.assertEqual(hdus[count].header["ROW"], count)
                 return int(made.stdout) / 1024
         few, many = peak(100), peak(1200)
-        # The pixels alone take 102 MB.
+        # The pixels of all stamps have 102 MB.
         self.assertLess(many - few, 25)
 
     def test_wrong_stamps(self):

@@ -1,11 +1,11 @@
-"""Stars without a list: the same file from any ranks and threads.
+"""Drawn stars: identical files for any ranks and threads.
 
 stars_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
 
 import unittest
 
-from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: the Python.
+from sky_program import SkyFolder, check_wrong_inputs, nanojansky, toml  # First: chooses the Python.
 
 import numpy as np
 from astropy.io import fits
@@ -14,7 +14,7 @@ from gamer_job import Job
 from gamer_program import ENVIRONMENT, RANKS, SMOOTH, STAR_FIELD, Folder, main
 from scipy import constants
 
-# DATE is the only thing in a file that is not the job's.
+# DATE is the only card that does not follow from the job.
 ENVIRONMENT["SOURCE_DATE_EPOCH"] = "1000000000"
 
 PARAMETERS = """[image]
@@ -39,8 +39,8 @@ white_point = 1e9
 largest_radius = 2
 """
 
-# Two star fields that overlap, with the camera in both and dust in both; and field stars of the sky
-# among galaxies with star fields.
+# Two overlapping star fields, with the camera and dust in both; and field stars of the sky among
+# galaxies with star fields.
 CASES = {
     "outside": ("[scene]\nunit = \"kpc\"\n[camera]\nposition = [0, -1.5, 1]\nfov = 60\n",
                 "[40, 37]"),
@@ -72,7 +72,7 @@ class Stars(unittest.TestCase):
                 files = {make(case, size, ranks=ranks, threads=threads)
                          for ranks in RANKS for threads in (1, 2)}
                 self.assertEqual(len(files), 1)
-                # Stars there are, each by itself.
+                # Stars are drawn: without them the pixels differ.
                 other = make(case, size, "sampling.stars_per_pixel=0")
                 pixels = [content[-content_size(content):] for content in (*files, other)]
                 self.assertNotEqual(*pixels)
@@ -82,13 +82,13 @@ class Stars(unittest.TestCase):
         pictures = {make(*few, ranks=ranks, threads=threads, output="out.bmp")
                     for ranks in RANKS for threads in (1, 2)}
         self.assertEqual(len(pictures), 1)
-        # Stars of the field become discs.
+        # Drawn stars become discs.
         points = make(*few, "stars.discs=false", output="out.bmp")
         self.assertTrue(points not in pictures)
 
 
 TABLE = PARAMETERS.replace('output = "out.fits"', 'output = "out.fits"\nbitpix = -64')
-# So few stars that all are drawn, and no light is smooth.
+# All of these few stars are drawn, and no light is smooth.
 FEW = ("image.size=[40, 37]", "galaxy.field.starfield.number=3000", "sampling.stars_per_pixel=1e6")
 
 
@@ -126,7 +126,7 @@ class Table(unittest.TestCase):
                     inside = (left + i >= 0) & (left + i < 40) & (below + j >= 0) & (below + j < 37)
                     np.add.at(expected, (below[inside] + j, left[inside] + i), (share * flux)[inside])
             np.testing.assert_allclose(plane[inner], expected[inner], rtol=1e-9, atol=1e-9 * plane.max())
-        # Dust in front: the first plane's optical depth.
+        # Dust in front dims by the optical depth at the first plane.
         dimming = stars["mag_4400A"] - stars["mag_dustfree_4400A"]
         np.testing.assert_allclose(dimming, 2.5 / np.log(10) * stars["optical_depth"], atol=1e-9)
 
@@ -138,7 +138,7 @@ class Table(unittest.TestCase):
             return wavelength**-5 / np.expm1(c2 / (wavelength * stars["temperature"]))
 
         def flux(wavelength):
-            """f_nu, for f_lambda(5500 A) = L/d^2."""
+            """f_nu of a blackbody with f_lambda(5500 A) = L/d^2."""
             return (stars["luminosity"] / stars["distance"]**2 * planck(wavelength) / planck(5500.)
                     * wavelength**2)
 
@@ -147,7 +147,7 @@ class Table(unittest.TestCase):
                 own = stars["field"] == field
                 self.assertGreater(own.sum(), 100)
                 ratio = (nanojansky(stars[f"mag_dustfree_{label}"]) / flux(wavelength))[own]
-                # Blackbodies are mixed at temperatures in steps of 2 %.
+                # The spectra are those of blackbodies at temperatures in steps of 2 %.
                 np.testing.assert_allclose(ratio / np.median(ratio), 1, atol=2e-3)
         self.assertEqual(set(stars["object"]), {1, 2})
 
@@ -160,7 +160,7 @@ class Table(unittest.TestCase):
         self.assertLess(abs(away).max(), 1e-9)
         self.assertLess(abs(latitude - stars["b"]).max(), 1e-9)
         self.assertTrue(((stars["x"] >= 0.5) & (stars["x"] <= 48.5)).all())
-        # Every star above the limit is there: the table of an image that draws more has the same ones.
+        # Every star above the limit is in the table: an image that draws more stars lists them, too.
         _, _, more, _ = self.read(CASES["equirectangular"][0], "image.size=[48, 24]",
                                   "sampling.stars_per_pixel=8")
         bright = {star["luminosity"] for star in more}
@@ -192,7 +192,7 @@ class Table(unittest.TestCase):
                 done = folder.run(*arguments, "--resume")
                 self.assertEqual((done.returncode, done.stderr), (0, ""))
                 self.assertTrue(folder.content()["out.fits"] == expected)
-                # A complete file is known as complete.
+                # A complete file needs no resuming.
                 self.assertEqual(folder.run(*arguments, "--resume").returncode, 0)
 
     def test_where_there_is_no_table(self):
@@ -230,7 +230,7 @@ STAR = "star 7 4 - - {} {}\n"
 
 
 def bmp(content):
-    """Bytes [y, x, blue green red] of a picture, from the lowest row."""
+    """The bytes [y, x, (blue, green, red)] of a picture, from the lowest row."""
     offset = int.from_bytes(content[10:14], "little")
     width, height = (int.from_bytes(content[at:at + 4], "little") for at in (18, 22))
     rows = np.frombuffer(content[offset:], "u1").reshape(height, -1)
@@ -238,7 +238,7 @@ def bmp(content):
 
 
 class Discs(unittest.TestCase):
-    """Bright stars of pictures are discs of the picture's white."""
+    """Bright stars in pictures are discs of the picture's white."""
 
     def render(self, folder, output, rows, *, ranks=1, galaxy=SKY_SCENE, **more):
         scene = galaxy + "".join(STAR.format(*star) for star in rows)
@@ -252,7 +252,7 @@ class Discs(unittest.TestCase):
 
     def test_they_are_white(self):
         y, x = np.indices((150, 200))
-        # East is left: the star is at the pixel (29.5, 114.5).
+        # East is to the left: the star is at the pixel (29.5, 114.5).
         near = np.hypot(x - 29.5, y - 114.5) < 12
         for sed in ("flat_fnu", "blackbody(3500K)", "blackbody(20000K)"):
             with self.subTest(sed), SkyFolder() as folder:
@@ -265,7 +265,7 @@ class Discs(unittest.TestCase):
                 galaxy = self.render(folder, "galaxy.fits", [])
                 for plane in self.render(folder, "out.fits", star, stars={"discs": True}) - galaxy:
                     self.assertGreater(np.count_nonzero(plane[near] > 0.5 * plane.max()), 20)
-                # Small discs have the star's light in the image, with their halos.
+                # Small discs and their halos keep the star's light in the image.
                 small = {"discs": True, "largest_radius": 4}
                 light = (self.render(folder, "out.fits", star, stars=small) - galaxy).sum()
                 point = (self.render(folder, "out.fits", star) - galaxy)
@@ -273,7 +273,7 @@ class Discs(unittest.TestCase):
                 self.assertAlmostEqual(light / point.sum(), 1, delta=2e-6)
 
     def test_white_is_that_of_the_brightest_pixels(self):
-        """A white star becomes a disc as bright as a white galaxy's middle: equal light per unit wavelength."""
+        """A white star is a disc as bright as the middle of a white galaxy: equal light per unit wavelength."""
         with SkyFolder() as folder:
             white = SKY_SCENE.replace("flat_fnu", "flat")
             galaxy = self.render(folder, "galaxy.fits", [], galaxy=white)
@@ -290,14 +290,14 @@ class Discs(unittest.TestCase):
                 self.render(folder, "out.fits", star))
 
     def test_many_are_white_too(self):
-        """The picture's stretch is that of the discs, however much of its light is in stars."""
+        """The stretch of the picture makes discs white, however much of its light is in stars."""
         with SkyFolder() as folder:
             stars = {"number": 2e6, "bright": 14, "faint": 20}
             largest = self.render(folder, "out.bmp", [], stars=stars).max(axis=2)
             self.assertGreater((largest >= 240).sum(), 0.15 * largest.size)
 
     def test_a_given_tone_says_what_is_white(self):
-        """asinh(slope I) scale = 1 for the light of a disc that is alone."""
+        """The light of a lone disc has asinh(slope I) scale = 1."""
         with SkyFolder() as folder:
             slope, scale = 1 / 40, 0.25
             white = np.sinh(1 / scale) / slope
@@ -307,10 +307,10 @@ class Discs(unittest.TestCase):
             folder.render("sky.par", "sky.lst")
             plane = folder.image("out.fits")[0][1]
             area = nanojansky(19) / white
-            # Pixels at the edge have a part of it.
+            # Pixels at the disc's edge have part of its light.
             disc = plane[plane > 0.5 * white]
             self.assertAlmostEqual(np.median(disc) / white, 1, delta=6e-3)
-            # A small part of the light is a point in the middle.
+            # A small part of the light is a point at the centre.
             self.assertAlmostEqual(plane.max() / white, 1, delta=0.013)
             self.assertLess(abs(np.count_nonzero(plane > 0.5 * white) - area), 8)
 
@@ -338,7 +338,7 @@ class Discs(unittest.TestCase):
 
 
 def content_size(content):
-    """From the first HDU's data on."""
+    """The number of bytes from the first HDU's data on."""
     return len(content) - (content.index(b"END" + b" " * 77) // 2880 + 1) * 2880
 
 

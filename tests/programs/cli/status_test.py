@@ -1,4 +1,4 @@
-"""gamer --status tells about the journal of a running or interrupted job, and leaves both alone.
+"""gamer --status describes the journal of a running or interrupted job, and changes neither.
 
 status_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -21,7 +21,7 @@ ARGUMENTS = ("render.par", "scene.lst", "-s", f"image.size=[{WIDTH}, {HEIGHT}]",
 
 
 def rows_in(journal, section):
-    """Rows of a section, read as include/gamer/job/journal.h describes the file."""
+    """The rows of a section, read as include/gamer/job/journal.h defines the file."""
     rows, at = set(), journal.index(b"\n") + 1
     while at + 48 <= len(journal):
         kind, own_section, first, last, _, size = struct.unpack_from("=6Q", journal, at)
@@ -69,7 +69,7 @@ class Status(unittest.TestCase):
             self.assertLessEqual(start, times[0])
             self.assertLessEqual(times[0], times[1])
             self.assertLessEqual(times[1], now)
-            # A process that waits for the lock is not disturbed, nor is the job.
+            # --status disturbs neither the job nor a process that waits for the lock.
             for _ in range(5):
                 job.process.send_signal(signal.SIGCONT)
                 folder.run("--status", "out.fits.journal")

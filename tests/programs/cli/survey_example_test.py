@@ -1,9 +1,9 @@
-"""examples/survey: what SExtractor finds agrees with the truth, in every band.
+"""examples/survey: the measurements of SExtractor agree with the truth in every band.
 
 survey_example_test.py GAMER SOURCE_DIR
 """
 
-import sky_program  # First: goes on in the Python that has Astropy.
+import sky_program  # First: restarts in the Python that has Astropy.
 import os
 import re
 import subprocess
@@ -14,7 +14,7 @@ import unittest
 import gamer_program
 from gamer_program import PROGRAM, SOURCE
 
-# About twice what is measured, within the errors of medians of 40 galaxies.
+# About twice the errors that were measured, which are medians of 40 galaxies.
 MAGNITUDE_ERROR = 0.0046
 POSITION_ERROR = 0.0044  # pixels
 

@@ -1,9 +1,9 @@
-"""scripts/survey.sh, and what SExtractor finds in the observed image that it makes.
+"""scripts/survey.sh, and the measurements of SExtractor in the observed image that it makes.
 
 survey_test.py GAMER SOURCE_DIR
 """
 
-import sky_program  # First: goes on in the Python that has Astropy.
+import sky_program  # First: restarts in the Python that has Astropy.
 import os
 import pathlib
 import shutil
@@ -23,7 +23,7 @@ if SEXTRACTOR is None:
     sys.exit("no SExtractor: install source-extractor")
 
 ZERO_POINT = 31.4  # AB magnitude of 1 nJy
-APERTURE = 320  # pixels: all of the galaxy
+APERTURE = 320  # pixels; the whole galaxy
 COLUMNS = "NUMBER\nX_IMAGE\nY_IMAGE\nFLUX_APER\nMAG_APER\nMAGERR_APER\nMAG_AUTO\n"
 FILTER = "CONV NORM\n1 2 1\n2 4 2\n1 2 1\n"
 
@@ -68,10 +68,10 @@ class Survey(unittest.TestCase):
         galaxy = min(found, key=lambda row: row["MAG_APER"])
         print(f"in {truth['mag_hst_f814w']:.4f}, found {galaxy['MAG_APER']:.4f} "
               f"+- {galaxy['MAGERR_APER']:.4f}, MAG_AUTO {galaxy['MAG_AUTO']:.4f}")
-        # SExtractor's error is that of the noise; the render's own is within its tolerance.
+        # The error of SExtractor is that of the noise; the render's is within its tolerance.
         self.assertLess(abs(galaxy["MAG_APER"] - truth["mag_hst_f814w"]), 3 * galaxy["MAGERR_APER"])
         self.assertLess(abs(galaxy["MAG_AUTO"] - truth["mag_hst_f814w"]), 0.01)
-        # Clumps pull the light's barycentre away from the galaxy's centre.
+        # Clumps shift the light's centroid from the galaxy's centre.
         self.assertLess(abs(galaxy["X_IMAGE"] - truth["x"]), 3)
 
 

@@ -1,4 +1,4 @@
-"""The truth is what SExtractor finds in the image, and what the image is made of.
+"""The truth table and images of the truth agree with SExtractor's measurements and with the image.
 
 truth_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -8,7 +8,7 @@ import subprocess
 import sys
 import unittest
 
-from sky_program import (SMOOTH, SkyFolder, WrongInputs, nanojansky,  # First: the Python.
+from sky_program import (SMOOTH, SkyFolder, WrongInputs, nanojansky,  # First: chooses the Python.
                          toml)
 
 import numpy as np
@@ -22,7 +22,8 @@ SEXTRACTOR = shutil.which("source-extractor") or shutil.which("sex")
 if SEXTRACTOR is None:
     sys.exit("no SExtractor: install source-extractor")
 
-# Broad enough for the pixels below: pixels of what is narrow have another centroid than the light.
+# The galaxy is broad for its pixels: pixels of a narrow galaxy have another centroid than its
+# light.
 BROAD = SMOOTH.replace("effective_radius = 0.05", "effective_radius = 0.25").replace(
     "rh = 0.1", "rh = 0.2")
 DUSTY = BROAD + """[[component]]
@@ -47,7 +48,7 @@ def parameters(size, bands, sampling=None, **truth):
 
 
 def read_table(path, **options):
-    """Texts without the blanks that fill them up in FITS."""
+    """A table whose texts lack the blanks that pad them in FITS."""
     table = Table.read(path, **options)
     for name in table.colnames:
         if table[name].dtype.kind in "SU":
@@ -62,16 +63,16 @@ class Detection(unittest.TestCase):
     FWHM = 3.0  # pixels
     NOISE = 0.5  # nJy
     APERTURE = 60  # pixels
-    # What is measured, doubled; mostly the noise.
+    # Tolerances are twice the measured errors, which are mostly noise.
     POSITION_ERROR = 0.026  # pixels
     APERTURE_ERROR = 0.0036  # mag
-    # The attenuation by dust is measured to a tenth of the image's accuracy.
+    # Attenuation by dust is measured to a tenth of the image's tolerance.
     MAGNITUDE_ERROR = 0.0025  # mag
-    # Kron apertures leave out the wings.
+    # Kron apertures miss the wings.
     AUTO_ERROR = 0.07  # mag
 
     HEADER = "galaxy px py apparent_magnitude size_arcsec redshift inclination pa"
-    # Dust is even where the disk is seen from above.
+    # The attenuation of a disk seen from above is even.
     KINDS = ("star - - - -", "broad 4.5 0.1 60 20", "dusty 5 0.05 0 0", "broad 5 0.5 75 110",
              "star - - - -", "broad 4 1 20 150", "dusty 4 0.3 0 0", "broad 5.5 0.2 0 0")
 
@@ -85,7 +86,7 @@ class Detection(unittest.TestCase):
         return "\n".join(rows) + "\n"
 
     def detect(self, folder, image, header):
-        """SExtractor's catalogue."""
+        """The catalogue that SExtractor makes of the image."""
         fits.PrimaryHDU(image.astype(np.float32), header).writeto(folder.path / "seen.fits")
         columns = ["NUMBER", "XWIN_IMAGE", "YWIN_IMAGE", "ALPHAWIN_J2000", "DELTAWIN_J2000",
                    "MAG_APER", "MAG_AUTO", "FLAGS"]
@@ -156,13 +157,13 @@ class Detection(unittest.TestCase):
                     continue
                 self.assertEqual(row["redshift"], float(asked["redshift"]))
                 self.assertAlmostEqual(row["radius"], float(asked["size_arcsec"]), delta=1e-9)
-                # An arc cosine, rounded.
+                # The inclination is an arc cosine, rounded.
                 self.assertAlmostEqual(row["inclination"], float(asked["inclination"]), delta=2e-6)
                 dx, dy = dx - row["x"], dy - row["y"]
-                # Pixels widen what they show by 1/12.
+                # Pixels add 1/12 to the second moments.
                 xx, yy = ((stamp * d * d).sum() / flux - 1 / 12 for d in (dx, dy))
                 xy = (stamp * dx * dy).sum() / flux
-                # +y stands at the rotation from North towards East, +x 90 degrees before it.
+                # +y points along the rotation from North towards East, and +x 90 degrees before it.
                 e = ((yy - xx) - 2j * xy) / (xx + yy) * np.exp(2j * turn)
                 r50 = row["half_light_radius"] / SCALE
                 inside = self.light_within(stamp, dx, dy, r50) / flux
@@ -171,14 +172,14 @@ class Detection(unittest.TestCase):
 
     @staticmethod
     def light_within(stamp, dx, dy, radius):
-        """With the shares of the pixels on the circle."""
+        """The light within a radius, with the shares of the pixels on the circle."""
         parts = (np.arange(10) + 0.5) / 10 - 0.5
         share = sum(np.hypot(dx + x, dy + y) < radius for x in parts for y in parts) / 100
         return (stamp * share).sum()
 
 
 class Parts(unittest.TestCase):
-    """A dusty galaxy before another one, and a star."""
+    """A dusty galaxy in front of another galaxy, and a star."""
 
     SIZE = (80, 60)
     SCENE = """galaxy px py apparent_magnitude size_arcsec redshift inclination pa id
@@ -190,7 +191,7 @@ dusty 64.1 20.4 21 2.5 0 0 0 above
     NUMBERS = range(1, 5)
 
     def render(self, *arguments, ranks=1, **truth):
-        """The image's planes, its table, and the images of the truth by name."""
+        """The planes of the image, table TRUTH, and the images of the truth by name."""
         with SkyFolder({**FILES, "sky.par": parameters(self.SIZE, BANDS, **truth),
                         "sky.lst": self.SCENE}) as folder:
             made = folder.render("sky.par", "sky.lst", *arguments, ranks=ranks)
@@ -220,7 +221,8 @@ dusty 64.1 20.4 21 2.5 0 0 0 above
     def test_dust_dims(self):
         image, table, images = self.render("--truth", parts="objects", dust_free=True,
                                            optical_depth=True,
-                                           # The table is held, not the quadrature.
+                                           # The test is of the table, so that the quadrature's
+                                           # error must be small.
                                            sampling={"tolerance": 1e-4})
         for band in BANDS:
             free = images[f"DUSTFREE_{band}"]
@@ -229,20 +231,20 @@ dusty 64.1 20.4 21 2.5 0 0 0 above
             self.assertAlmostEqual(free.sum() / whole.sum(), 1, delta=1.8e-5)
             light = np.array([images[f"OBJECT_{i}_{band}"].sum() for i in self.NUMBERS])
             seen = light / nanojansky(np.asarray(table[f"mag_{band}"]))
-            # The dust of the nearer one dims the farther one, whose table knows of none.
+            # Dust of the near galaxy dims the far one, whose row of the table does not count it.
             self.assertLess(seen[1], 0.9)
             self.assertEqual(table[f"mag_{band}"][1], table[f"mag_dustfree_{band}"][1])
             for i in (0, 2, 3):
                 self.assertAlmostEqual(seen[i], 1, delta=6e-5)
             self.assertLess(light[0] / whole[0], 0.8)
-        # A disk from above: an exponential, of the optical depth in its middle.
+        # A disk from above has an exponential optical depth, with the row's value at its centre.
         depth = images["TAU_sdss_g"]
         row = table[3]
         dy, dx = np.mgrid[:self.SIZE[1], :self.SIZE[0]] + 1.0
         r = np.hypot(dx - row["x"], dy - row["y"]) * SCALE / (0.2 * row["radius"])
         middle = (r > 0.5) & (r < 3)
         expected = (row["optical_depth"] * np.exp(-r))[middle]
-        # Pixels are means.
+        # The tolerance is that of means over pixels.
         self.assertLess(np.abs(depth[middle] / expected - 1).max(), 0.0134)
         ratio = images["TAU_sdss_r"][middle] / depth[middle]
         self.assertLess(ratio.std(), 1.2e-7)

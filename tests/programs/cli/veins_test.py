@@ -1,4 +1,4 @@
-"""scripts/veins-spectrum.sh: the column density of M51's dust has the spectrum and width of real dust.
+"""scripts/veins-spectrum.sh: the power spectrum and width of the column density of M51's dust are those of real dust.
 
 veins_test.py GAMER SOURCE_DIR GUTIL
 """

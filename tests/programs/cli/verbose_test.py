@@ -1,4 +1,4 @@
-"""--verbose says where the time went."""
+"""The table of --verbose says how the time was spent."""
 
 import unittest
 
@@ -26,7 +26,7 @@ class Verbose(unittest.TestCase):
             self.assertEqual(rows[-1]["threads"], str(2 * ranks))
             for row in rows:
                 self.assertGreater(float(row["MiB"]), 5)
-                # Completing the file is the part of I/O for which the threads wait outside of runs.
+                # The end of the file is the only I/O during which threads wait outside of runs.
                 shares = sum(float(row[name]) for name in SHARES)
                 self.assertLess(shares, 100.5)
                 self.assertGreater(shares, 99.5 - float(row["I/O"]))

@@ -1,4 +1,4 @@
-"""Views of the sphere around the camera: where things stand, what the sky sums up to, bad input.
+"""Views of the sphere around the camera: directions, total light of the sky, bad input.
 
 views_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -7,7 +7,7 @@ import os
 import subprocess
 import unittest
 
-import sky_program  # First: the Python.
+import sky_program  # First: chooses the Python.
 from gamer_program import ENVIRONMENT, RANKS, SMOOTH, Folder, main
 
 import numpy as np
@@ -30,7 +30,7 @@ tolerance = 0.01
 unit = "kpc"
 """
 
-# Beside the smooth galaxy around the camera a few stars in known directions.
+# A smooth galaxy around the camera, with dust, and a few stars in known directions.
 DUSTY = SMOOTH + """[[component]]
 class = "dust"
 optical_depth = 0.5
@@ -38,7 +38,7 @@ noise = false
 """
 
 POSITION = np.array([0.55, 0, 0.0014])
-# Longitude, latitude (deg): at the middle, off it, behind, near seams, edges and poles.
+# Longitudes and latitudes (deg): at the middle, off it, behind, near seams, edges and poles.
 STARS = [(0, 0), (30, 20), (-50, -10), (90, 3), (135, 0.5), (179.8, 5), (-179.9, -40), (45, 35.2),
          (10, 89.6), (200, -89), (-91, 60), (44.99, -3)]
 
@@ -51,7 +51,7 @@ KINDS = {
 
 
 def direction(longitude, latitude):
-    """In the scene: the target is at -x, up +z, so that longitude grows towards -y."""
+    """The direction in the scene. The target is at -x and up is +z, so that longitude grows towards -y."""
     l, b = np.radians([longitude, latitude])
     return np.array([-np.cos(b) * np.cos(l), -np.cos(b) * np.sin(l), np.sin(b)])
 
@@ -81,7 +81,7 @@ class SphereFolder(Folder):
 
 
 def pixels_of(path):
-    """Planes, longitudes, latitudes (deg) and values of all pixels that show sky."""
+    """The planes, longitudes, latitudes (deg) and values of all pixels of the sky."""
     values, longitudes, latitudes = [], [], []
     with fits.open(path) as hdus:
         if "HEALPIX" in hdus:
@@ -104,7 +104,7 @@ def pixels_of(path):
 
 
 def separations(longitudes, latitudes, place):
-    """deg."""
+    """Angles in degrees from the place."""
     l, b = np.radians(longitudes), np.radians(latitudes)
     ways = np.array([np.cos(b) * np.cos(l), np.cos(b) * np.sin(l), np.sin(b)])
     l, b = np.radians(place)
@@ -121,7 +121,7 @@ class Sphere(unittest.TestCase):
                     expected = 0
                     for number, place in enumerate(STARS):
                         near = separations(l, b, place) < 4.5
-                        # A magnitude of number - 5 at 10 pc, 300 pc away.
+                        # The star has the absolute magnitude number - 5, at a distance of 300 pc.
                         flux = 3.630780547701e12 * 10 ** (-0.4 * (number - 5)) / 30**2
                         self.assertLess(abs(planes[1][near].sum() / flux - 1), 1e-12, place)
                         expected += flux
@@ -136,7 +136,7 @@ class Sphere(unittest.TestCase):
             for kind, settings in KINDS.items():
                 planes, l, b = pixels_of(folder.view(kind, *settings))
                 sums[kind] = planes.sum(axis=1)
-                # The galaxy's centre is the brightest place that is no star.
+                # The brightest place away from the stars is the galaxy's centre.
                 away = np.min([separations(l, b, star) for star in STARS[1:]], axis=0) > 6
                 peak = np.argmax(planes[1] * away)
                 self.assertLess(separations(l[[peak]], b[[peak]], (0, 0))[0], 2.6, kind)

@@ -1,4 +1,4 @@
-"""What can be rendered and is likely not meant is warned of, once, and the image is made.
+"""A scene that is likely a mistake gives one warning, and the image is made.
 
 warnings_test.py GAMER SOURCE_DIR [MPI_LAUNCHER]
 """
@@ -17,7 +17,7 @@ pixel_scale = 1
 [spectrum]
 bands = ["sdss_r"]
 """
-# Along the plane there are 10^6 periods of the noise on a ray.
+# A ray along the plane crosses 10^6 periods of the noise.
 FINE = """[image]
 size = [3, 2]
 output = "out.fits"
@@ -48,8 +48,8 @@ FILM = PARAMETERS + ("[animation]\nframes = 5\nposition = [0, -3, 0.5, 0, -3, 0.
                      "target = [0, 0, 0, 9, -9, 0.5]\n")
 DARK = "no light in the image: "
 
-# Changed files, and what is said: a warning's beginning and what it also says; nothing where the
-# first is empty.
+# Each case has the changed files, the beginning of the warning and what it also says; the beginning
+# is empty where nothing is said.
 CASES = {
     "a usual scene": ({}, "", ""),
     "wavelengths in nm": (
@@ -92,7 +92,7 @@ CASES = {
     "rays that cannot converge": (
         {"render.par": FINE, "spiral.toml": FINE_GALAXY, "scene.lst": "galaxy x y z\nspiral 0 0 0\n"},
         "out.fits: 6 rays did not converge to the tolerance within 65536 nodes", "card UNCONV"),
-    # The galaxy behind goes on being refined when a bound has stopped the one in front.
+    # Refinement continues in the galaxy behind when a bound has stopped it in the galaxy in front.
     "rays that cannot converge at first": (
         {"render.par": FINE, "spiral.toml": FINE_GALAXY,
          "other.toml": FINE_GALAXY.replace("octaves = 5", "octaves = 3"),

@@ -1,4 +1,4 @@
-"""The light of coarse views of all shipped galaxies, which share a quick measurement, beside that of the finest view.
+"""The light of coarse views of all shipped galaxies, which share a quick measurement, against that of the finest view.
 
 Stars are smooth light in both, since the brightest stars of a galaxy are few.
 
@@ -15,7 +15,7 @@ from studio_client import Studio
 GSTUDIO = pathlib.Path(sys.argv[1]).resolve()
 SOURCE = pathlib.Path(sys.argv[3]).resolve()
 SIDE, TOLERANCE = 96, 1e-3
-# At most twice the largest differences of galaxies and of components with a thousandth of a galaxy's light: 0.0043 and 0.032.
+# At most twice the largest errors: 0.0043 for galaxies, 0.032 for components with 0.001 of a galaxy's light.
 MOST, MOST_OF_COMPONENT = 0.0076, 0.038
 
 

@@ -70,7 +70,8 @@ test('slices of a draft are unpacked', async () => {
     whole.set(bytes, empty.byteLength);
     return parseFrame(whole.buffer);
   };
-  // Codes 100, 101 and 99, 100 in the first plane; the second has 5 more, then 4 less; and so on.
+  // The first plane has the codes 100, 101 and 99, 100. The second plane has 5 more, then 4 less;
+  // and so on.
   const first = [200, 2, 198, 2], second = [10, 0, 7, 0], third = [0, 0, 0, 0], dust = [600, 1, 0, 0];
   const others = [4, 0, 0, 0, 3, 0, 0, 0];
   const {halves, variants} = await unpackSlices(packedOf([...first, ...second, ...third, ...dust, ...others]));
@@ -227,7 +228,7 @@ test('a component of light alone has all of it', () => {
 test('beside intensities shares are free', () => {
   const components = [component(0.2), component(null, ['intensity']), component(0.5)];
   assert.deepEqual(shareEdits(components, 0, 0.3), [{set: [0, 'fraction', 0.3]}]);
-  // They leave light for the others.
+  // A share is limited so that the other components keep light.
   assert.deepEqual(shareEdits(components, 0, 0.9), [{set: [0, 'fraction', 0.495]}]);
   assert.deepEqual(shareEdits(components, null), []);
   const full = shareEdits([...components, component(0.5)], null).map(({set}) => set[2]);
@@ -355,7 +356,7 @@ test('channels become light per unit wavelength', () => {
   nearAll(channelFactors(planes, weights), [light[0], light[2], light[1]].map((one) => one / mean), 1e-12);
   assert.deepEqual(channelFactors([{...planes[0], zero_point: null}, planes[1], planes[2]], weights), [1, 1, 1]);
   assert.deepEqual(channelFactors([planes[0]], [[1], [1], [1]]), [1, 1, 1]);
-  // The light of a channel times its factor decides on the balance.
+  // The balance follows from the light of each channel times its factor.
   const side = 64, disk = Float64Array.from({length: side * side}, (_, i) =>
       Math.exp(-Math.hypot(i % side - 31.5, Math.floor(i / side) - 31.5) / 4));
   const scaled = (factor) => disk.map((value) => value * factor);
@@ -408,7 +409,7 @@ test('a panned point follows the pointer', () => {
 
 test('a sky view pans in right ascension and declination', () => {
   const sky = {...camera, projection: 'sky'};
-  // 1000 pixels of 0.36 arcsec are 0.1 deg; North is up, East is left.
+  // 1000 pixels of 0.36 arcsec are 0.1 deg; North is up, and East is to the left.
   const up = view.pan(sky, 0, -1, 1000);
   nearAll(up.center, [10, 60.1], 1e-7);
   const left = view.pan(sky, 1, 0, 1000);
@@ -486,7 +487,7 @@ test('rows with an inclination turn with the camera', () => {
 
 test('directions go along with the pole', () => {
   nearAll(view.alongPole([0, 0, 1], [3, -4, 12]), [3 / 13, -4 / 13, 12 / 13], 1e-15);
-  // The line of nodes of the turn stays.
+  // The turn keeps its line of nodes.
   nearAll(view.alongPole([4, 3, 0], [3, -4, 12]), [4, 3, 0], 1e-14);
   nearAll(view.alongPole([1, 2, 3], [0, 0, 5]), [1, 2, 3], 0);
   nearAll(view.alongPole([1, 2, 3], [0, 0, -1]), [1, -2, -3], 0);
@@ -514,10 +515,11 @@ test('planes whose weights change alike are one group', () => {
   assert.deepEqual(planeGroups(base, base), {factors: [1, 0], groups: [0, 0, 0, 0]});
   const moved = [[0.5, 0, 0], [0, 3, 0], [0, 0, 1.5], [0, 0, 0]];
   assert.deepEqual(planeGroups(base, moved), {factors: [0.5, 1.5], groups: [0, 1, 0, 0]});
-  // Six digits of a share count as equal, a seventh of a per mille does not.
+  // Shares that agree in six digits are equal; shares that differ by more are not.
   assert.deepEqual(planeGroups(base, [[1, 0, 0], [0, 2.00001, 0], [0, 0, 3], [0, 0, 0]]).groups, [0, 0, 0, 0]);
   assert.deepEqual(planeGroups(base, [[1, 0, 0], [0, 2.0003, 0], [0, 0, 3], [0, 0, 0]]).groups, [0, 1, 0, 0]);
-  // Three factors, another channel, light where there was none.
+  // No groups: three factors, a changed channel, light in a plane that had none, or a missing
+  // plane.
   assert.equal(planeGroups(base, [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 0, 0]]), null);
   assert.equal(planeGroups(base, [[0, 1, 0], [0, 2, 0], [0, 0, 3], [0, 0, 0]]), null);
   assert.equal(planeGroups(base, [[1, 0, 0], [0, 2, 0], [0, 0, 3], [1, 0, 0]]), null);

@@ -1,6 +1,6 @@
 """The page of gstudio in a real browser: page_test.py GSTUDIO GAMER SOURCE.
 
-Headless Chromium is driven by selenium. Where either is missing, the tests are skipped."""
+Selenium drives a headless Chromium. Where either is missing, the tests are skipped."""
 
 import shlex
 import shutil
@@ -64,7 +64,7 @@ class PageTest(unittest.TestCase):
         self.assertEqual(self.page.log(), [])
 
     def assert_planes(self, sums, planes, least):
-        """Channels are planes but for the rounding of floats: red is the longest wavelength."""
+        """Channels are planes, but for the rounding of floats; red is the longest wavelength."""
         peak = max(planes[0])
         for channel, plane in zip(sums, reversed(planes)):
             self.assertEqual(len(channel), len(plane))
@@ -112,7 +112,7 @@ class PageTest(unittest.TestCase):
         page.keys("x")
         page.wait("studio.canvas.style.imageRendering === 'pixelated'")
         self.assertEqual(page.value(state), [48, 36, "pixelated"])
-        # Where far fewer pixels are shown, so many are drawn.
+        # If far fewer pixels are shown, only those are drawn.
         page.run("studio.picture.draw(studio.ui.tone, {...studio.ui.look, pixels: false}, null, [24, 18])")
         self.assertEqual(page.value(state), [24, 18, "auto"])
         page.run("studio.look.togglePixels()")
@@ -143,7 +143,7 @@ class PageTest(unittest.TestCase):
         for channel, plane in enumerate(reversed(planes)):
             worst = max(abs(a - b) for a, b in zip(seen[channel::4], plane))
             self.assertLess(worst, 1e-6 * max(plane))
-        # Noise of one deviate a pixel and channel.
+        # Noise adds one normal deviate to each pixel and channel.
         page.run("studio.look.put('psf', 0); studio.look.put('noise', 0.5)")
         noisy = page.value("Array.from(studio.picture.pixelsOf(studio.picture.seen(studio.stage.seeing())))")
         plain = page.value("Array.from(studio.picture.sums())")
@@ -174,7 +174,7 @@ class PageTest(unittest.TestCase):
         after = page.sums()
         self.assertLess(sum(after[2]), sum(before[2]))
         self.assertEqual(page.value("studio.doc.history.states.length"), 2)
-        # The text differs by this value alone.
+        # The text differs in this value alone.
         text = page.value("studio.doc.text")
         self.assertEqual(text, GALAXY.replace("optical_depth = 0.5", f"optical_depth = {depth}"))
         self.assert_planes(after, read_planes(self.server.gamer("b.fits", galaxy=text)), 5e-7)
@@ -201,7 +201,7 @@ class PageTest(unittest.TestCase):
         page.make("studio.doc.edit([{set: [1, 'break_radius', 0.5]}, {set: [1, 'outer_rh', 0.05]}], 'break')")
         page.settle()
         self.assertEqual(shown("outer_rh")[:2], [True, False])
-        # A break that goes takes its keys with it.
+        # Keys that need a break are removed with it.
         page.make("studio.doc.edit([{set: [1, 'break_radius', 0]}], 'no break')")
         page.settle()
         self.assertFalse(shown("outer_rh")[0])
@@ -218,7 +218,7 @@ class PageTest(unittest.TestCase):
         self.assertIn("optical_depth = 1.25", page.value("studio.doc.text"))
         page.keys("m")
         page.wait("studio.ui.isMuted('mine', 'lanes')")
-        # What is no number stays in the field.
+        # A text that is no number stays in the field.
         field.click()
         field.send_keys(Keys.END, "x", Keys.ENTER)
         self.assertEqual(page.value("document.activeElement.value"), "1.25x")
@@ -235,7 +235,7 @@ class PageTest(unittest.TestCase):
         page.run("return studio.doc.edit([{set: [0, 'fraction', 0.5]}, {set: [1, 'fraction', 0.5]}], 'share')")
         page.settle()
         rendered = page.sums()
-        # The render chooses its own steps: it agrees to the tolerance.
+        # The render chooses its own nodes, so that it agrees to the tolerance.
         scale = max(rendered[0])
         self.assertLess(max(abs(a - b) for a, b in zip(shown[0], rendered[0])), 0.01 * scale)
 
@@ -250,10 +250,10 @@ class PageTest(unittest.TestCase):
                 self.assertTrue(page.value("studio.picture.summed !== null"))
             page.run("studio.picture.sumUp()")
             whole = page.shown()
-            # The last level of eight bits may be rounded to the other side.
+            # The last bit of eight may be rounded differently.
             self.assertLessEqual(max(abs(a - b) for a, b in zip(grouped, whole)), 1)
             self.assertGreater(max(whole), 100)
-        # Another frame has sums of its own.
+        # A new frame needs new sums.
         page.run("studio.preview.ask(false)")
         page.settle()
         page.shown()
@@ -276,7 +276,7 @@ class PageTest(unittest.TestCase):
         camera = page.value("studio.ui.camera")
         self.assertNotEqual(camera["position"], first["position"])
         self.assertAlmostEqual(sum(x * x for x in camera["position"]), 100, places=5)
-        # The frame is that of this camera.
+        # The frame shows the view of this camera.
         rendered = self.server.gamer("c.fits", f"--set=camera.position={camera['position']}")
         self.assert_planes(page.sums(), read_planes(rendered), 5e-7)
         from selenium.webdriver.common.action_chains import ActionChains
@@ -304,12 +304,12 @@ class PageTest(unittest.TestCase):
         page.settle()
         after = page.sums()[0]
         self.assertGreater(sum(abs(a - b) for a, b in zip(before, after)), 0.05 * sum(before))
-        # The picture is the program's with the scene and the camera as they are saved.
+        # The picture is that of the program with the saved scene and camera.
         camera = page.value("studio.ui.camera")
         rendered = self.server.gamer("i.fits", f"--set=camera.position={camera['position']}",
                                      scene=page.value("studio.doc.scene"))
         self.assert_planes(page.sums(), read_planes(rendered), 5e-7)
-        # "Face-on" is along the galaxy's own axis.
+        # "Face-on" looks along the galaxy's own axis.
         page.keys("1")
         page.settle()
         row = dict(zip(*(line.split() for line in page.value("studio.doc.scene").splitlines())))
@@ -331,7 +331,7 @@ class PageTest(unittest.TestCase):
         orbited = page.value("studio.ui.camera")
         self.assertNotEqual(orbited["position"], first["position"])
         self.assertEqual([orbited["target"], orbited["width"]], [first["target"], first["width"]])
-        # Two fingers side by side pan: the picture follows them by 60 pixels of its width.
+        # Two fingers side by side pan: the picture follows them by 60 pixels.
         page.keys("0")
         page.settle()
         width = page.value("studio.canvas.clientWidth")
@@ -393,7 +393,7 @@ class PageTest(unittest.TestCase):
         text = page.value("studio.doc.scene")
         self.assertRegex(text, rf"\nmine   {x} +0 -1 2 # small\n$")
         self.assertTrue(text.startswith(scene[:scene.index("0.5")]))
-        # The picture is that of the changed list.
+        # The picture is that of the edited list.
         self.assert_planes(page.sums(), read_planes(self.server.gamer("s.fits", scene=text)), 5e-7)
         page.find("[aria-label='Clone the row']").click()
         page.wait("studio.scenePanel.table.rows.length === 3")
@@ -452,7 +452,7 @@ class PageTest(unittest.TestCase):
         self.assertEqual(page.value("studio.connection.next"), asked)
         page.find(".component.chosen .toggle.M").click()
         self.assertEqual(page.sums(), whole)
-        # Alone the component has its light without dust: that of --set scene.solo.
+        # Alone, the component shows its light without dust, as --set scene.solo does.
         page.find(".component.chosen .toggle.S").click()
         page.settle()
         planes = read_planes(self.server.gamer("d.fits", "--set=scene.solo=core"))
@@ -513,7 +513,7 @@ class PageTest(unittest.TestCase):
         page.settle()
 
     def own_server(self, files=FILES):
-        """The page of a server of this test alone."""
+        """The page of a server that only this test uses."""
         self.server = Server(files=files)
         self.addCleanup(self.server.close)
         self.page = Page(self.browser, self.server.address)
@@ -711,14 +711,14 @@ stars_per_pixel = 0  # a draft shows stars as smooth light
 """
 TILTED = "galaxy x y z ox oy oz pa\n{} 0 0 0 0.49673 0.28679 0.81915 120\n"
 
-# Galaxies of the suite, and all that are shipped, whose drafts take some minutes.
+# Galaxies of the suite. The slow test takes all shipped galaxies, whose drafts take some minutes.
 DRAFTED = ("elliptical_dust", "m51", "ngc4594")
 ALL_DRAFTED = sorted(path.stem for path in (SOURCE / "galaxies").glob("*.toml"))
 
 
 @unittest.skipIf(missing(), missing())
 class DraftTest(unittest.TestCase):
-    """The draft of a moving view, which the tests allow to be slow."""
+    """The draft of a moving view, drawn even where drafts are slow."""
 
     @classmethod
     def setUpClass(cls):
@@ -775,7 +775,7 @@ class DraftTest(unittest.TestCase):
         page.wait("!studio.draft.isShown")
         page.settle()
         self.assertEqual(page.value("moving"), 0)
-        # An edit ends the draft, and the next one shows what was edited.
+        # An edit ends the draft, and the next draft shows the edited galaxy.
         page.run("return studio.doc.edit([{set: [1, 'sed', 'E']}], 'sed')")
         self.assertEqual(page.value("studio.draft.show()"), False)
         page.settle()
@@ -789,7 +789,7 @@ class DraftTest(unittest.TestCase):
         self.addCleanup(server.close)
         page = Page(self.browser, server.address)
         self.assertEqual(page.value("[studio.draft.isSlow, studio.draft.asked, studio.draft.show()]"), [True, None, False])
-        # Where the GPU's name does not tell, the first draft does.
+        # If the name of the GPU does not tell, the first draft shows whether drafts are slow.
         page.run("studio.draft.isSlow = false; studio.draft.afterFrame()")
         page.wait("studio.draft.key")
         self.assertEqual(page.value("[studio.draft.isSlow, studio.draft.show()]"), [True, False])

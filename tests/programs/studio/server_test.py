@@ -107,7 +107,7 @@ class Folder:
         shutil.rmtree(self.path)
 
     def open(self):
-        """A page, and what it opened."""
+        """A new page, and the document that it opens."""
         self.studio.enter()
         page = self.studio.page()
         return page, page.ask("open")
@@ -130,19 +130,19 @@ def rotation(degrees):
 
 
 def shortest_turn(to):
-    """The shortest turn from z to a unit vector (Rodrigues' formula)."""
+    """The rotation by the shortest turn from z to a unit vector (Rodrigues' formula)."""
     cross = numpy.cross([0, 0, 1], to)
     matrix = numpy.array([[0, -cross[2], cross[1]], [cross[2], 0, -cross[0]], [-cross[1], cross[0], 0]])
     return numpy.eye(3) + matrix + matrix @ matrix / (1 + to[2])
 
 
 def texts(document, **changes):
-    """What of a document goes with every view."""
+    """The parts of a document that go with every view."""
     return {key: document[key] for key in ("parameters", "scene", "galaxies")} | changes
 
 
 def frames(page, number, levels):
-    """The frames of a view."""
+    """The frames of a view, one for each level."""
     found = []
     while len(found) < levels:
         message = page.receive()
@@ -330,7 +330,7 @@ class Messages(unittest.TestCase):
                 page.send({"op": "cancel", "id": number})
             for number in range(600):
                 self.assertEqual(page.receive()["op"], "cancelled")
-            # 400 at once, then 200 a second.
+            # 400 messages are answered at once, then 200 a second.
             self.assertGreater(time.monotonic() - begin, 0.9)
 
     def test_too_many_pages(self):
@@ -432,7 +432,7 @@ class Views(unittest.TestCase):
             self.assertGreater(min(coarse, fine), 30)
             self.assertEqual(finer, 0)
             self.assertEqual(measured(2, levels), [0, 0, 0])
-            # The galaxies of fine levels are forgotten while the camera moves, but not what was measured of them.
+            # Galaxies of fine levels are released while the camera moves, but their measurements are kept.
             for turn in range(12):
                 self.assertEqual(measured(3 + turn, levels[:1], ["camera.up=[0.01, 0, 1]"]), [0])
             self.assertEqual(measured(20, levels), [0, 0, 0])
@@ -444,7 +444,7 @@ class Views(unittest.TestCase):
             first, *others = (head["measured"] for head, _ in view(page, 1, document, levels))
             self.assertGreater(first, 0)
             self.assertEqual(others, [0, 0])
-            # A near view has narrower rays.
+            # A near view has narrower rays, and shares the measurement as well.
             ((near, _),) = view(page, 2, document, [[30, 30, 0.03]], settings=["camera.width=0.2"])
             self.assertEqual(near["measured"], 0)
 
@@ -460,7 +460,7 @@ class Views(unittest.TestCase):
             self.assertEqual(coarse[0]["measured"], 0)
             folder.gamer("render.par", "scene.lst", "-o", "x.fits", "-s", zoom)
             numpy.testing.assert_array_equal(cube(fine), fits.getdata(folder.path / "x.fits"))
-            # Another galaxy's magnitude, redder light, and another side: what they need is measured.
+            # Another magnitude, redder light and another side need new measurements.
             galaxies = {"mine": GALAXY.replace('sed = "Sbc"', 'sed = "E"')}
             scene = SKY_SCENE.replace(" 70 ", " 20 ")
             (other,) = view(page, 4, document, levels[1:], galaxies=galaxies, scene=scene)
@@ -488,7 +488,7 @@ class Views(unittest.TestCase):
     def test_a_newer_view_cancels(self):
         with Folder() as folder:
             page, document = folder.open()
-            # The galaxy is measured first.
+            # The galaxy is measured before views are cancelled.
             view(page, 1, document, [[20, 20, 0.1]])
             for number in range(10, 14):
                 page.send({"op": "view", "id": number, "sizes": [[1500, 1500, 1e-4]],
@@ -622,7 +622,7 @@ class Files(unittest.TestCase):
             (frame,) = view(page, 2, document, [[24, 18, None]], **changes)
             made = fits.getdata(folder.path / "gstudio-output" / "x.fits")
             numpy.testing.assert_array_equal(cube(frame), made)
-            # A path that the files do not name stays out of reach.
+            # A path that the files do not name is refused.
             changes = {"galaxies": {"mine": galaxy.replace('"only_mine"', '"./secret.sed"')}}
             self.assertIn("is a path", render(page, 3, document, "y.fits", **changes)[0]["message"])
 
@@ -665,14 +665,14 @@ class Files(unittest.TestCase):
             for row, inclination, angle in zip(rows, (50, 10), (30, 0)):
                 word = dict(zip(names, row))
                 self.assertEqual(word["inclination"], "-")
-                # The node lies at `pa` from +y to -x, and the axis is z turned about it.
+                # The node lies at `pa` from +y to -x, and the axis is z turned about the node.
                 i, a = math.radians(inclination), math.radians(angle)
                 node = numpy.array([-math.sin(a), math.cos(a), 0])
                 axis = numpy.array([math.sin(i) * math.cos(a), math.sin(i) * math.sin(a), math.cos(i)])
                 numpy.testing.assert_allclose([float(word[name]) for name in ("ox", "oy", "oz")], axis, atol=1e-15)
                 turned = rotation(float(word["pa"])) @ [1, 0, 0]
                 numpy.testing.assert_allclose(shortest_turn(axis) @ turned, node, atol=1e-15)
-            # The camera sees the scene as before, another one sees it from another side.
+            # The camera sees the former scene; another camera sees another side.
             (before,) = view(page, 1, document, [[24, 18, None]])
             (after,) = view(page, 2, document, [[24, 18, None]], scene=scene)
             numpy.testing.assert_allclose(cube(after), cube(before), rtol=2e-6)
@@ -794,7 +794,7 @@ class CommandLine(unittest.TestCase):
             process.terminate()
             process.wait(timeout=60)
             process.stdout.close()
-            # A signal removes the file.
+            # A signal that ends gstudio removes the file, too.
             self.assertFalse(os.path.exists((folder.path / "opened.html.name").read_text().strip()))
             folder.studio = Studio(GSTUDIO, folder.arguments, folder.path, ENVIRONMENT)
 

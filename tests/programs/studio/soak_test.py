@@ -1,8 +1,8 @@
-"""Random edits and views of all shipped galaxies, as a page makes them, for a time.
+"""Random edits and views of all shipped galaxies, as a page makes them, for a given time.
 
 soak_test.py GSTUDIO GAMER SOURCE_DIR [SECONDS [SEED]]
 
-The server must live, its memory must not grow, the newest view must be answered, and each fortieth
+The server must live, its memory must not grow, and the newest view must be answered. Every fortieth
 picture must be that of the program. Edits and views may be refused only where the program refuses
 the galaxy with the same words. Edits that add parts may be refused only for REFUSALS.
 """
@@ -44,7 +44,7 @@ def memory(process):
 
 
 def random_value(parameter):
-    """A value of a declared parameter; now and then a wrong one."""
+    """A random value of a declared parameter, sometimes a wrong one."""
     if random.random() < 0.05:
         return random.choice([-1, 0, 1e9, "x", True, [1, 2], 1e-300])
     kind = parameter["type"]
@@ -68,7 +68,7 @@ def random_value(parameter):
 
 
 def edited_text(text, edit):
-    """The galaxy that an edit asks for, as a TOML text; none for edits that this does not know."""
+    """The galaxy after an edit, as a TOML text; None for kinds of edits that are not handled here."""
     (verb, what), root = *edit.items(), tomllib.loads(text)
     if verb == "delete":
         del root["component"][what]
@@ -156,7 +156,7 @@ class Soak:
         print(f"{self.failures[-1]}\n{text}", flush=True)
 
     def program(self, text, x, y):
-        """A run of the program that renders as view() does."""
+        """Runs the program, which renders as view() does."""
         (self.folder / "own.toml").write_text(text)
         return subprocess.run([GAMER, "look", "own.toml", "-q", "-o", "own.fits", "--overwrite", "-s",
                                f"camera.position=[{x},{y},10]", "-s", "image.size=40", "-s",
@@ -164,7 +164,7 @@ class Soak:
                               env={**os.environ, **ENVIRONMENT})
 
     def check_refusal(self, what, message, text, position=(0, 0)):
-        """What is refused is a galaxy that the program refuses, too, with these words."""
+        """Checks that the program refuses the galaxy with this message, too."""
         if text is None:
             if not any(re.search(one, message) for one in REFUSALS):
                 self.fail(what, message, "")
@@ -176,7 +176,7 @@ class Soak:
             self.fail(what, f"{message}, but the program: {run.returncode} {run.stderr}", text)
 
     def view(self, text, wants_pixels):
-        """Asks for a view, perhaps one more, and returns the last frame of the newest."""
+        """Asks for one to three views, and returns the last frame of the newest."""
         planes = random.choice(["image", "components"])
         position = [round(random.uniform(-3, 3), 3) for _ in range(2)]
         for _ in range(1 if wants_pixels else random.choice([1, 1, 2, 3])):
@@ -211,7 +211,7 @@ class Soak:
                 return values, position
 
     def receive(self, asked):
-        """The next message; none where the view was cancelled since it takes long."""
+        """The next message, or None if the view took too long and was cancelled."""
         if time.monotonic() - asked < LONG and select.select([self.page.socket], [], [], LONG)[0]:
             return self.page.receive()
         begin = time.monotonic()
@@ -224,7 +224,7 @@ class Soak:
                 return None
 
     def compare(self, text):
-        """A view against the program."""
+        """Compares a view with the program's picture."""
         seen = self.view(text, True)
         if seen is None:
             return

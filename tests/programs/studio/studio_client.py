@@ -20,7 +20,7 @@ class Closed(Exception):
 
 
 class WebSocket:
-    """A WebSocket that sends what it is told, also what no browser sends."""
+    """A WebSocket that sends any bytes, even those that no browser sends."""
 
     def __init__(self, port, fields, timeout=60):
         self.socket = socket.create_connection(("127.0.0.1", port), timeout=timeout)
@@ -108,7 +108,7 @@ class WebSocket:
 
 
 def frame_of(payload):
-    """The head and the planes of a frame, as one flat list a plane."""
+    """The head of a frame and its planes, each a flat list."""
     (length,) = struct.unpack("<I", payload[:4])
     head = json.loads(payload[4 : 4 + length])
     assert length % 4 == 0
@@ -136,7 +136,7 @@ class Studio:
         self.cookie = None
 
     def get(self, target, fields=(), method="GET", host=None):
-        """Status, fields and body of a request."""
+        """The status, fields and body of the answer to a request."""
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
         connection.putrequest(method, target, skip_host=True, skip_accept_encoding=True)
         if host != "":
@@ -157,7 +157,7 @@ class Studio:
         return fields["Set-Cookie"]
 
     def page(self, host=None, origin=None, cookie=None):
-        """A WebSocket as the page opens it, or with other fields; "" leaves one out."""
+        """A WebSocket opened as the page does, or with other fields; "" leaves a field out."""
         host = f"127.0.0.1:{self.port}" if host is None else host
         origin = f"http://{host}" if origin is None else origin
         cookie = self.cookie if cookie is None else cookie

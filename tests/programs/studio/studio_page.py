@@ -75,7 +75,7 @@ FILES = {"render.par": PARAMETERS, "scene.lst": SCENE, "mine.toml": GALAXY}
 
 
 def missing():
-    """What the tests lack, or an empty text."""
+    """The missing requirement of the tests, or an empty text."""
     if webdriver is None:
         return "selenium is not installed (python3-selenium)"
     if not shutil.which("chromium") or not shutil.which("chromedriver"):
@@ -119,7 +119,7 @@ class Server:
         self._folder.cleanup()
 
     def gamer(self, output, *settings, galaxy=None, scene=None):
-        """The path of what the command line makes of the scene, with another galaxy or list."""
+        """The path of the image that the command line makes of the scene, with another galaxy or list."""
         folder = self.path / "gamer"
         folder.mkdir(exist_ok=True)
         for name in FILES:
@@ -153,7 +153,7 @@ def set_size(browser, width, height, has_fingers=False):
 
 
 class Page:
-    """The page in the browser, as a person or its console sees it."""
+    """The page in the browser, as a person or its console controls it."""
 
     def __init__(self, browser, address, fresh=True):
         self.browser = browser
@@ -206,7 +206,7 @@ class Page:
         return self.browser.find_element(By.CSS_SELECTOR, selector)
 
     def keys(self, *keys):
-        """Presses a key with those before it held."""
+        """Presses the last key while the others are held."""
         chain = ActionChains(self.browser)
         for key in keys[:-1]:
             chain.key_down(key)
@@ -222,7 +222,7 @@ class Page:
         chain.release().perform()
 
     def touch(self, element, *paths):
-        """Fingers that go along paths of places from the middle of an element, at the same time."""
+        """Moves fingers at the same time along paths of places, counted from the middle of an element."""
         def finger(number, path):
             place = lambda at, milliseconds: {"type": "pointerMove", "duration": milliseconds, "x": at[0], "y": at[1],
                                               "origin": {"element-6066-11e4-a52e-4f735466cecf": element.id}}
@@ -237,12 +237,12 @@ class Page:
         self.run("studio.components.select(arguments[0])", index)
 
     def sums(self):
-        """The three channels of the shown pixels: a list of red, one of green, one of blue."""
+        """The three channels of the shown pixels, each a list: red, green, blue."""
         flat = self.value("Array.from(studio.picture.sums())")
         return [flat[channel::4] for channel in range(3)]
 
     def shown(self):
-        """Bytes of the picture at one screen pixel a pixel: rows from the bottom, RGB."""
+        """RGB bytes of the picture at one screen pixel for each pixel, with rows from the bottom."""
         return self.run("""
           const {picture, ui} = studio;
           picture.draw(ui.tone, ui.look, null, null);
