@@ -228,6 +228,7 @@ class FixedFluxes {
   const Camera& camera_;
   std::shared_ptr<const Scene> scene_;
   Renderer renderer_;
+  bool has_table_;        ///< whether the job has a table of truth
   bool drops_dust_free_;  ///< whether layers drop light without dust, which the image does not show
   std::shared_ptr<GalaxyLayers> layers_;
   std::mutex mutex_;
@@ -254,14 +255,15 @@ FixedFluxes::FixedFluxes(const RenderParameters& parameters, const Bandpass& ref
       camera_(job.camera),
       scene_(job.scene),
       renderer_(parameters, job.camera, scene_, spectrum_, images(parameters, truth)),
+      has_table_(truth),
       drops_dust_free_(!truth || !parameters.truth.dust_free),
       layers_(std::make_shared<GalaxyLayers>(scene_->galaxies.size(), most_layer_bytes)) {}
 
 GalaxyMeasure FixedFluxes::measure(std::size_t galaxy) {
   const PlacedGalaxy& placed = scene_->galaxies[galaxy];
   GalaxyLayer layer;
-  GalaxyMeasure result =
-      measure_fixed(renderer_, placed, static_cast<int>(galaxy), camera_, spectrum_, layer);
+  GalaxyMeasure result = measure_fixed(renderer_, placed, static_cast<int>(galaxy), camera_,
+                                       spectrum_, has_table_, layer);
   if (has_planes_) {
     if (drops_dust_free_) layer.shorten(layer.numbers - spectrum_.planes.size());
     layers_->keep(galaxy, std::move(layer));

@@ -341,7 +341,8 @@ FootprintRange measure_footprints(const RenderParameters& parameters, double ray
 }
 
 GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy, int number,
-                            const Camera& camera, const Spectrum& spectrum, GalaxyLayer& layer) {
+                            const Camera& camera, const Spectrum& spectrum, bool for_table,
+                            GalaxyLayer& layer) {
   const ImageRegion window = window_of(galaxy, camera);
   const glm::dvec2 centre = *camera.pixel(galaxy.centre);
   const std::size_t planes = spectrum.planes.size();
@@ -366,7 +367,7 @@ GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy
           sums[e].add(offset, scale, seen.subspan(e * planes, planes),
                       free.subspan(e * planes, planes));
         }
-        rings.add(offset.x, offset.y, std::sqrt(area), flux);
+        if (for_table) rings.add(offset.x, offset.y, std::sqrt(area), flux);
       },
       counts);
   SumOfRays all(planes);
@@ -380,10 +381,12 @@ GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy
   layer = renderer.summed(number, factors, parts);
   const std::vector<double> whole = dust_free_flux(galaxy, camera, spectrum);
   GalaxyMeasure result = all.result(&whole, view.area);
-  result.half_light_radius = rings.half_light_radius(factors) * view.pixel;
   result.light_factors = factors;
   result.counts = counts;
-  result.optical_depth = renderer.optical_depth(centre.x, centre.y, number);
+  if (for_table) {
+    result.half_light_radius = rings.half_light_radius(factors) * view.pixel;
+    result.optical_depth = renderer.optical_depth(centre.x, centre.y, number);
+  }
   return result;
 }
 
@@ -394,7 +397,7 @@ GalaxyMeasure measure(const PlacedGalaxy& galaxy, const RenderParameters& parame
   if (galaxy.has_fixed_flux) {
     const Renderer renderer(parameters, camera, scene_of(galaxy), spectrum, images);
     GalaxyLayer layer;
-    return measure_fixed(renderer, galaxy, 0, camera, spectrum, layer);
+    return measure_fixed(renderer, galaxy, 0, camera, spectrum, true, layer);
   }
   const Accuracy accuracy = stamp_accuracy(parameters, ray_distance);
   const RenderParameters stamp = stamp_parameters(galaxy, parameters, accuracy, camera);

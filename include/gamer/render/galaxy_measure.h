@@ -52,9 +52,11 @@ bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters
 FootprintRange measure_footprints(const RenderParameters& parameters, double ray_distance = 2.5);
 
 /// Measures a galaxy of fixed flux with its rays in the image, and makes its layer. `number` is the
-/// galaxy's index in the renderer's scene. The renderer must have dust-free planes.
+/// galaxy's index in the renderer's scene. The renderer must have dust-free planes. Half-light
+/// radius and optical depth are found only if `for_table` is true.
 GalaxyMeasure measure_fixed(const Renderer& renderer, const PlacedGalaxy& galaxy, int number,
-                            const Camera& camera, const Spectrum& spectrum, GalaxyLayer& layer);
+                            const Camera& camera, const Spectrum& spectrum, bool for_table,
+                            GalaxyLayer& layer);
 
 /// Measures a galaxy. Where its flux is fixed, rays are those of the image; else they are parallel
 /// to the line of sight, and `ray_distance` times as far apart.
