@@ -33,9 +33,6 @@ std::vector<KeyUse> shared_uses() {
           {"luminosity_low", "luminosity_function", {"powerlaw"}},
           {"luminosity_high", "luminosity_function", {"powerlaw"}},
           {"luminosity_slope", "luminosity_function", {"powerlaw"}},
-          {"temperature", "sed", {""}},
-          {"temperature_slope", "sed", {""}},
-          {"temperature_scatter", "sed", {""}},
           {"displacement_frequency", "displacement", zero, true},
           {"displacement_octaves", "displacement", zero, true}};
 }
