@@ -178,7 +178,8 @@ void parallel_for(std::size_t count, const std::function<void(std::size_t i)>& w
   // A single index needs a team only for inner loops, which `at_a_time` announces.
   std::optional<Team> team;
   if (own_team == nullptr && allowed > 1 && (most > 1 || at_a_time)) {
-    team.emplace(static_cast<std::size_t>(allowed));
+    const auto all = static_cast<std::size_t>(allowed);
+    team.emplace(at_a_time ? all : std::min(all, count));
   }
   if (own_team == nullptr || most < 2) {
     for (std::size_t i = 0; i < count; ++i) {

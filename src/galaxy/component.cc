@@ -48,9 +48,10 @@ ParameterTable common_parameters() {
 ParameterTable light_parameters(bool has_own_spectrum) {
   return {
       has_own_spectrum
-          ? Parameter::text("sed", std::nullopt,
-                            "name or file of the spectrum of all stars together, instead of their "
-                            "blackbodies' mean; with a key of temperatures stars differ in colour")
+          ? Parameter::text(
+                "sed", std::nullopt,
+                "name or file of the spectrum of all stars together; they differ in colour "
+                "only if a key of temperatures is given")
           : required(
                 Parameter::text("sed", std::nullopt, "name or file of its spectrum in `seds/`")),
       Parameter::number("intensity", "",

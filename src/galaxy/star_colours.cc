@@ -25,15 +25,17 @@ class StarColours::Mean {
   }
 
  private:
-  // The table's wavelengths, Angstrom, and its step in ln(lambda).
-  static constexpr double shortest = 100, longest = 1e6, step = 0.004;
+  // Least range of the table's wavelengths, Angstrom, and its step in ln(lambda).
+  static constexpr double shortest = 100, longest = 1e6, step = 0.002;
 
   void fill() const {
     const auto count = static_cast<std::size_t>(std::log(longest / shortest) / step) + 2;
+    std::vector<double> logs;
     for (std::size_t i = 0; i < count; ++i) {
       const double flux = sed_->flux(shortest * std::exp(step * static_cast<double>(i)));
-      logs_.push_back(std::log(std::max(flux, std::numeric_limits<double>::min())));
+      logs.push_back(std::log(std::max(flux, std::numeric_limits<double>::min())));
     }
+    logs_ = std::move(logs);
   }
 
   std::shared_ptr<const Sed> sed_;

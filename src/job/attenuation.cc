@@ -228,7 +228,7 @@ class FixedFluxes {
   const Camera& camera_;
   std::shared_ptr<const Scene> scene_;
   Renderer renderer_;
-  bool has_table_;        ///< whether the job has a table of truth
+  bool has_table_;        ///< whether measures go to a table of truth
   bool drops_dust_free_;  ///< whether layers drop light without dust, which the image does not show
   std::shared_ptr<GalaxyLayers> layers_;
   std::mutex mutex_;
@@ -255,7 +255,7 @@ FixedFluxes::FixedFluxes(const RenderParameters& parameters, const Bandpass& ref
       camera_(job.camera),
       scene_(job.scene),
       renderer_(parameters, job.camera, scene_, spectrum_, images(parameters, truth)),
-      has_table_(truth),
+      has_table_(truth && has_planes_),
       drops_dust_free_(!truth || !parameters.truth.dust_free),
       layers_(std::make_shared<GalaxyLayers>(scene_->galaxies.size(), most_layer_bytes)) {}
 

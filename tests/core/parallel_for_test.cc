@@ -115,6 +115,7 @@ TEST(ParallelFor, WorksInThreads) {
 }
 
 TEST(ParallelFor, TakesANumberOfThreads) {
+  use_threads(1);
   // Each waits for the others.
   std::atomic<int> arrived = 0;
   const auto meet = [&](std::size_t) {

@@ -376,6 +376,7 @@ TEST(StarField, LargestPhiIsNotExceeded) {
       most = std::max(most, scale * double{textured[i]} / double{plain[i]});
     }
     EXPECT_LT(most, largest) << noise;
+    EXPECT_GT(most, 0.3 * largest) << noise;
   }
 }
 
@@ -396,7 +397,6 @@ TEST(StarField, TablesOfLuminosities) {
   }
   const auto coloured = parse("1 8 3000\n10 4 12000\n", "temperature_scatter = 0\nnumber = 3000");
   const StarField& field = field_of(*coloured);
-  EXPECT_NO_THROW(parse("1.9999999999999998 1e-12\n2 1e30\n"));
   int done = 0;
   field.walk(
       0, coloured->calibration().largest_phi[0],
@@ -406,6 +406,10 @@ TEST(StarField, TablesOfLuminosities) {
         const double l = field.luminosity(0, c);
         EXPECT_NEAR(field.temperature(l, c), 3000 * std::pow(l, std::log10(4.0)), 1e-6 * 3000);
       });
+
+  // Neighbouring luminosities with numbers as far apart as a file may have them.
+  const auto extreme = parse("1.9999999999999998 1e-12\n2 1e30\n");
+  EXPECT_TRUE(std::isfinite(extreme->components()[0]->sed()->flux(8000)));
 
   const auto error = [&](const std::string& table, const std::string& more = "") {
     return error_text([&] { parse(table, more); });
@@ -442,6 +446,17 @@ TEST(StarField, ColoursLieAboutTheSpectrum) {
   const StellarPopulation& population = field.population();
   std::vector<double> parts;
   const double light = population.light([](double) { return 1.0; }, &parts);
+  // Drawn stars, to three standard deviations of their number.
+  double sum = 0, square = 0, drawn = 0;
+  for (const FoundStar& star :
+       stars_of(*parse_galaxy(field_text(keys + temperatures + "number = 20000\nnoise = false")))) {
+    const double flux = field.spectrum(blackbody_sed(star.temperature))->flux(4400);
+    drawn += star.luminosity;
+    sum += star.luminosity * flux;
+    square += std::pow(star.luminosity * (flux - 1.25), 2);
+  }
+  EXPECT_NEAR(sum / drawn, 1.25, 3 * std::sqrt(square) / drawn);
+  EXPECT_LT(std::sqrt(square) / drawn, 0.02);
   const auto cold = field.spectrum(blackbody_sed(4000)), hot = field.spectrum(blackbody_sed(16000));
   for (const double wavelength : {1500.0, 3000.0, 4400.0, 5500.0, 8000.0, 22000.0}) {
     double mean = 0;
@@ -450,7 +465,6 @@ TEST(StarField, ColoursLieAboutTheSpectrum) {
       mean += parts[i] / light * own->flux(wavelength);
     }
     const double whole = 5500 / wavelength;
-    EXPECT_NEAR(galaxy->components()[0]->sed()->flux(wavelength) / whole, 1, 1e-12);
     EXPECT_NEAR(mean / whole, 1, wavelength < 3000 ? 3e-5 : 1e-5) << wavelength;
     const double tint =
         blackbody_sed(16000)->flux(wavelength) / blackbody_sed(4000)->flux(wavelength);

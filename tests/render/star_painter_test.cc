@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <filesystem>
@@ -14,6 +15,8 @@
 #include <map>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/each_simd_target.h"
@@ -97,14 +100,26 @@ struct Painted {
 // Points and smooth light together are the field's light, whichever stars are points: to the
 // Poisson error of the points, sqrt(sum of flux^2).
 TEST(StarPainter, LightIsThatOfAllStars) {
-  for (const std::string& camera : {outside, inside, parallel}) {
-    const std::string text = field(1e6, smooth_noise);
+  const std::string coloured = smooth_noise + "\nsed = \"powerlaw(-2)\"";
+  for (const auto& [camera, more] :
+       std::vector<std::pair<std::string, std::string>>{{outside, smooth_noise},
+                                                        {inside, smooth_noise},
+                                                        {parallel, smooth_noise},
+                                                        {outside, coloured},
+                                                        {inside, coloured}}) {
+    const std::string text = field(1e6, more);
     const auto painted = [&](double stars) {
       return Painted({{{"g", text}}, "galaxy x y z\ng 0 0 0\n", view(camera, 32, stars)}).stars();
     };
     const std::vector<double> smooth = sums(text, view(camera, 32, 0));
     double whole = 0;
-    for (const Found& star : painted(1e6)) whole += star.flux[0];
+    double bluest = 0, reddest = HUGE_VAL;
+    for (const Found& star : painted(1e6)) {
+      whole += star.flux[0];
+      bluest = std::max(bluest, star.flux[0] / star.flux[1]);
+      reddest = std::min(reddest, star.flux[0] / star.flux[1]);
+    }
+    EXPECT_GT(bluest, 3 * reddest);
     for (const double stars : {3.0, 1e6}) {
       double square = 0;
       for (const Found& star : painted(stars)) square += star.flux[0] * star.flux[0];

@@ -60,6 +60,8 @@ class StellarPopulation {
   /// Temperature of a star of this luminosity, K. u1 to u3 are uniform in [0, 1[.
   double temperature(double luminosity, double u1, double u2, double u3) const;
 
+  /// Whether the luminosity function's file gives temperatures.
+  bool has_temperatures() const { return !log_temperatures_.empty(); }
   /// Temperatures of the grid (K) that the population needs.
   const std::vector<double>& grid() const { return grid_; }
   /// The place of a temperature on the grid: T is a mixture of (1 - share) of grid()[first] and

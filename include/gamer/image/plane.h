@@ -73,8 +73,9 @@ using PixelChange = std::function<void(const Area& area, double* values)>;
 PlanePtr changed(PlanePtr source, PixelChange change);
 
 /// Splits the plane into bands of whole rows, bottom first. `threads` threads make a band's tiles,
-/// then this thread calls `take(area, values)`. Throws Cancelled, and exceptions of `take` and of
-/// the plane, in a band that of its first tile that fails.
+/// then this thread calls `take(area, values)`; within another parallel_for() all threads of that
+/// loop may help. Throws Cancelled, and exceptions of `take` and of the plane. Where several tiles
+/// of a band fail, the exception is that of the first one.
 void for_each_band(const Plane& plane, int threads,
                    const std::function<void(const Area& area, const double* values)>& take);
 

@@ -9,9 +9,9 @@ namespace {
 
 constexpr double largest_number = 1e15;
 
-/// Whether stars differ in colour: not where only `sed` is given.
-bool has_colours(const ParameterSet& values) {
-  return !values.is_given("sed") || values.is_given("temperature") ||
+/// Whether a key or the file of luminosities gives temperatures.
+bool gives_temperatures(const ParameterSet& values, const StellarPopulation& population) {
+  return population.has_temperatures() || values.is_given("temperature") ||
          values.is_given("temperature_slope") || values.is_given("temperature_scatter");
 }
 
@@ -113,11 +113,13 @@ ComponentKind starfield_kind() {
       .noise = FractalParameters{.octaves = 4, .frequency_scale = 2, .inverse = true, .floor = 0.3},
       .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
         const StarField* const twin = input.twin != nullptr ? input.twin->star_field() : nullptr;
-        return std::make_unique<StarField>(
-            Layer::read_shape(input), input.arms,
+        StellarPopulation population =
             twin != nullptr ? twin->population()
-                            : StellarPopulation(input.values, input.context, input.resources),
-            input.values.number("number"), has_colours(input.values), input.settings.seed, twin);
+                            : StellarPopulation(input.values, input.context, input.resources);
+        const bool has_colours = gives_temperatures(input.values, population);
+        return std::make_unique<StarField>(Layer::read_shape(input), input.arms,
+                                           std::move(population), input.values.number("number"),
+                                           has_colours, input.settings.seed, twin);
       }};
 }
 

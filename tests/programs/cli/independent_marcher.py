@@ -1195,8 +1195,8 @@ RATIOS = {
     "young": {"associations1": 1.076254},
 }
 
-# Twice the largest relative error of the test's rays. The error comes from their steps and, in
-# galaxies with star fields, from the spectrum of these fields.
+# Twice the largest relative error of the test's rays. The error comes from the steps of both
+# programs. In galaxies whose star fields have no SED it also comes from the mean of blackbodies.
 TOLERANCES = {
     "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 1.9e-5, "ngc4594": 5.8e-6,
     "dusty_barred": 6.8e-5, "ngc4321": 2.4e-5, "irregular": 1.6e-5, "milky_way": 3.5e-4,

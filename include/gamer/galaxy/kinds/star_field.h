@@ -23,8 +23,8 @@ namespace gamer {
 /// thus follow the density within cells too, and cells leave no trace.
 class StarField : public Layer {
  public:
-  /// `has_colours` says whether stars keep the colours of their temperatures where the component
-  /// has an SED (StarColours). `twin` is a star field with equal parameters, but for the seed, or
+  /// `has_colours`: stars differ in colour even if the component is given an SED (StarColours).
+  /// `twin` is a star field with equal parameters, but for the seed, or
   /// null.
   StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
             double number, bool has_colours, std::uint64_t seed, const StarField* twin = nullptr);
@@ -37,11 +37,11 @@ class StarField : public Layer {
   /// Number of stars in the galaxy.
   double number() const { return number_; }
   /// Whether all stars have the spectrum sed().
-  bool has_one_sed() const { return has_own_sed() && !has_colours_; }
-  /// The spectrum of stars that are `blackbodies`, a mixture of temperatures of population(). It
-  /// differs from the given one where the component has an SED.
+  bool has_one_sed() const { return has_given_sed() && !has_colours_; }
+  /// The spectrum of stars with the temperatures of `blackbodies`, one blackbody or a mixture. It
+  /// is the blackbodies' own unless the component is given an SED.
   std::shared_ptr<const Sed> spectrum(std::shared_ptr<const Sed> blackbodies) const {
-    return has_own_sed() ? colours_.spectrum(sed_, std::move(blackbodies)) : blackbodies;
+    return has_given_sed() ? colours_.spectrum(sed_, std::move(blackbodies)) : blackbodies;
   }
   /// Stars per (galaxy radii of the ball frame)^3 where envelope Phi is 1.
   double density() const { return number_ / envelope_integral_; }
@@ -91,7 +91,7 @@ class StarField : public Layer {
   // looser bounds. Another value moves all stars.
   static constexpr double most_candidates = 16;
 
-  bool has_own_sed() const { return sed_ != mean_sed_; }
+  bool has_given_sed() const { return sed_ != mean_sed_; }
   std::uint64_t key() const;
   template <class Keep, class Take>
   void descend(const Cell& cell, double density, double largest_phi, const Keep& keep,
