@@ -23,9 +23,8 @@ namespace gamer {
 /// thus follow the density within cells too, and cells leave no trace.
 class StarField : public Layer {
  public:
-  /// `has_colours`: stars differ in colour even if the component is given an SED (StarColours).
-  /// `twin` is a star field with equal parameters, but for the seed, or
-  /// null.
+  /// With `has_colours` stars differ in colour even if the component is given an SED (StarColours).
+  /// `twin` is a star field with equal parameters, but for the seed, or null.
   StarField(const LayerShape& shape, const ArmPattern& arms, StellarPopulation population,
             double number, bool has_colours, std::uint64_t seed, const StarField* twin = nullptr);
 
