@@ -9,7 +9,17 @@
 
 namespace gamer {
 
-// The light of small galaxies: each alone in its pixels, then one behind the other.
+// The light of small galaxies: each alone in its pixels, then one behind the other. Where they meet
+// a large galaxy, it is added in the same way.
+
+namespace {
+
+// Error of the dimming by a galaxy with at least this number of pixels to its radius, relative to
+// that by a small one. Dust that pixels resolve varies less within them.
+constexpr double resolved_share = 1.0 / 3;
+constexpr double resolved_radius = 128;
+
+}  // namespace
 
 std::size_t Renderer::layer_numbers(int galaxy) const {
   const std::size_t planes = layout_.spectral(), emitters = medium_.emitters(galaxy);
@@ -83,8 +93,8 @@ GalaxyLayer Renderer::summed(int galaxy, const std::vector<double>& factors,
 }
 
 void Renderer::make_layers(std::span<const int> galaxies, const ImageRegion& region,
-                           std::span<GalaxyLayer> layers, Workspace& work, RenderCounts& counts,
-                           const TakeLayerRay& take) const {
+                           const IsShown& is_shown, std::span<GalaxyLayer> layers, Workspace& work,
+                           RenderCounts& counts, const TakeLayerRay& take) const {
   const std::size_t pixels =
       static_cast<std::size_t>(region.width) * static_cast<std::size_t>(region.height);
   work.samples.clear();
@@ -111,7 +121,7 @@ void Renderer::make_layers(std::span<const int> galaxies, const ImageRegion& reg
       for (int x = region.left; x < region.right(); ++x) {
         const auto& ray = work.middles[static_cast<std::size_t>(x - region.left)];
         const auto number = static_cast<int>(layers[k].place(x, y) / layers[k].numbers);
-        if (!ray || !is_within(*ray, placed, pixel)) {
+        if (!ray || !is_within(*ray, placed, pixel) || (is_shown && !is_shown(galaxies[k], x, y))) {
           // Light from behind passes.
           std::fill_n(layers[k].values.data() + layers[k].place(x, y), layout_.spectral(), 1.0);
           continue;
@@ -129,28 +139,74 @@ GalaxyLayer Renderer::layer_parts(int galaxy, const ImageRegion& region, const T
                                   RenderCounts& counts) const {
   GalaxyLayer result;
   Workspace work;
-  make_layers(std::span(&galaxy, 1), region, std::span(&result, 1), work, counts, take);
+  make_layers(std::span(&galaxy, 1), region, {}, std::span(&result, 1), work, counts, take);
   return result;
+}
+
+bool Renderer::may_be_layer(int galaxy) const {
+  const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxy)];
+  if (placed.is_layer) return true;
+  // Galaxies about the camera may be before and behind another at once.
+  return camera_.projection() == Projection::orthographic ||
+         glm::distance(camera_.origin(), placed.centre) > placed.bounding_radius;
+}
+
+bool Renderer::find_in_pixel(int x, Workspace& work) const {
+  work.in_pixel.clear();
+  const auto& ray = work.middles[static_cast<std::size_t>(x - work.left)];
+  if (!ray) return false;
+  const auto placed = [&](int galaxy) -> const PlacedGalaxy& {
+    return scene_->galaxies[static_cast<std::size_t>(galaxy)];
+  };
+  bool has_layer = false;
+  for (const int galaxy : work.near_pixel) {
+    if (!is_within(*ray, placed(galaxy), camera_.pixel_size(placed(galaxy).centre))) continue;
+    const auto found = std::ranges::find(work.layers, galaxy, &Workspace::LayerOf::galaxy);
+    if (found == work.layers.end()) return false;
+    has_layer = has_layer || placed(galaxy).is_layer;
+    work.in_pixel.push_back(&*found);
+  }
+  if (!has_layer && !work.in_pixel.empty()) return false;
+  // The order of `layers`: nearest first.
+  std::ranges::sort(work.in_pixel);
+  for (std::size_t k = 0; k + 1 < work.in_pixel.size(); ++k) {
+    const PlacedGalaxy& front = placed(work.in_pixel[k]->galaxy);
+    for (std::size_t other = k + 1; other < work.in_pixel.size(); ++other) {
+      const PlacedGalaxy& behind = placed(work.in_pixel[other]->galaxy);
+      const double reach = front.bounding_radius + behind.bounding_radius;
+      if (glm::distance(front.centre, behind.centre) < reach) return false;
+    }
+  }
+  return true;
 }
 
 void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& region,
                            Workspace& work, RenderCounts& counts) const {
   work.layers.clear();
   if (supersample_) return;
-  std::vector<int> fixed, others;
+  std::vector<int> fixed, others, large;
   for (const int galaxy : near.galaxies) {
     const auto g = static_cast<std::size_t>(galaxy);
-    if (!scene_->galaxies[g].is_layer) continue;
+    if (!may_be_layer(galaxy)) continue;
     const GalaxyLayer* const kept = layers_ ? layers_->find(g) : nullptr;
     work.layers.push_back({galaxy, kept});
     if (kept != nullptr) continue;
-    (scene_->galaxies[g].has_fixed_flux ? fixed : others).push_back(galaxy);
+    const PlacedGalaxy& placed = scene_->galaxies[g];
+    (!placed.is_layer ? large : placed.has_fixed_flux ? fixed : others).push_back(galaxy);
   }
-  const std::size_t missing = fixed.size() + others.size();
+  if (large.size() == work.layers.size()) {
+    work.layers.clear();
+    return;
+  }
+  std::ranges::sort(work.layers, {}, [&](const Workspace::LayerOf& of) {
+    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(of.galaxy)];
+    return std::pair(camera_.distance(placed.centre), medium_.rank(of.galaxy));
+  });
+  const std::size_t missing = fixed.size() + others.size() + large.size();
   work.made_layers.resize(std::max(work.made_layers.size(), missing));
   std::span<GalaxyLayer> made(work.made_layers);
-  const auto make = [&](std::span<const int> galaxies, RenderCounts& own) {
-    make_layers(galaxies, region, made.first(galaxies.size()), work, own, {});
+  const auto make = [&](std::span<const int> galaxies, const IsShown& is_shown, RenderCounts& own) {
+    make_layers(galaxies, region, is_shown, made.first(galaxies.size()), work, own, {});
     for (const int galaxy : galaxies) {
       const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxy)];
       made.front() = summed(galaxy, placed.light_factors, made.front());
@@ -160,14 +216,20 @@ void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& re
   };
   // The measurement of fluxes has counted unconverged rays, whether it kept the layers or not.
   RenderCounts of_fixed;
-  make(fixed, of_fixed);
+  make(fixed, {}, of_fixed);
   of_fixed.unconverged_rays = 0;
   counts += of_fixed;
-  make(others, counts);
-  std::ranges::sort(work.layers, {}, [&](const Workspace::LayerOf& of) {
-    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(of.galaxy)];
-    return std::pair(camera_.distance(placed.centre), medium_.rank(of.galaxy));
-  });
+  make(others, {}, counts);
+  // A large galaxy is a layer only where layers of others meet it.
+  make(
+      large,
+      [&](int galaxy, int x, int y) {
+        find_near_pixel(x, y, near, work);
+        return find_in_pixel(x, work) &&
+               std::ranges::find(work.in_pixel, galaxy, &Workspace::LayerOf::galaxy) !=
+                   work.in_pixel.end();
+      },
+      counts);
 }
 
 double Renderer::dimmed_share(int x, int y, const Workspace& work) const {
@@ -182,7 +244,8 @@ double Renderer::dimmed_share(int x, int y, const Workspace& work) const {
       const double own = scene_->galaxies[g].brightness * numbers[p];
       light += own;
       seen += through * own;
-      through *= numbers[planes + p];
+      const double taken = 1 - numbers[planes + p];
+      through *= 1 - (resolved_radius * pixel_in_ball_[g] < 1 ? resolved_share : 1) * taken;
     }
     if (light > 0) most = std::max(most, 1 - seen / light);
   }
@@ -190,33 +253,10 @@ double Renderer::dimmed_share(int x, int y, const Workspace& work) const {
 }
 
 bool Renderer::add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const {
-  if (work.layers.empty()) return false;
-  const auto& ray = work.middles[static_cast<std::size_t>(x - work.left)];
-  if (!ray) return false;
-  const auto placed = [&](int galaxy) -> const PlacedGalaxy& {
-    return scene_->galaxies[static_cast<std::size_t>(galaxy)];
-  };
-  work.in_pixel.clear();
-  for (const int galaxy : work.near_pixel) {
-    if (!is_within(*ray, placed(galaxy), camera_.pixel_size(placed(galaxy).centre))) continue;
-    if (!placed(galaxy).is_layer) return false;
-    const auto found = std::ranges::find(work.layers, galaxy, &Workspace::LayerOf::galaxy);
-    work.in_pixel.push_back(&*found);
-  }
-  // The order of `layers`: nearest first.
-  std::ranges::sort(work.in_pixel);
-  const std::size_t planes = layout_.spectral();
-  for (std::size_t k = 0; k + 1 < work.in_pixel.size(); ++k) {
-    const PlacedGalaxy& front = placed(work.in_pixel[k]->galaxy);
-    for (std::size_t other = k + 1; other < work.in_pixel.size(); ++other) {
-      const PlacedGalaxy& behind = placed(work.in_pixel[other]->galaxy);
-      const double reach = front.bounding_radius + behind.bounding_radius;
-      if (glm::distance(front.centre, behind.centre) < reach) return false;
-    }
-  }
+  if (work.layers.empty() || !find_in_pixel(x, work)) return false;
   if (work.in_pixel.size() > 1 && dimmed_share(x, y, work) > medium_.accuracy().most_dimmed)
     return false;
-  work.through.assign(planes, 1.0);
+  work.through.assign(layout_.spectral(), 1.0);
   for (const Workspace::LayerOf* of : work.in_pixel) {
     if (!of->layer->has(x, y)) continue;
     add_layer(of->galaxy, of->layer->values.data() + of->layer->place(x, y), x, row, work, sums);

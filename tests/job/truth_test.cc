@@ -369,6 +369,48 @@ TEST(Layers, DimWhatIsBehindThem) {
   EXPECT_NEAR(seen / rays, 1, 1.1e-5);  // measured: 5.5e-6
 }
 
+// A large galaxy dims the layers behind it, up to a small share of what its dust takes. Pixels
+// without small galaxies have the rays that they have anyway.
+TEST(Layers, LieBehindLargeGalaxies) {
+  const std::string head =
+      "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n";
+  const std::string front = "dusty_barred 10 20.0033 0.01 30 30 15 7\n";
+  const std::string behind =
+      "bulge 10.0003 20.0001 0.2 2 0 19 1\nbulge 9.9997 20.0004 0.3 2 0 19 1\n";
+  std::size_t rays = 0;
+  const auto image = [&](const RenderJob& job, double most_dimmed) {
+    Accuracy accuracy = Accuracy::from_tolerance(job.parameters.sampling.tolerance);
+    accuracy.most_dimmed = most_dimmed;
+    const Renderer renderer(job.parameters, accuracy, job.camera, job.scene, job.spectrum, {});
+    std::vector<double> values(60 * 60);
+    RenderCounts counts;
+    renderer.render_rows({0, 60}, values, counts);
+    rays = counts.rays;
+    return values;
+  };
+  const auto alone = [&](const std::string& rows) {
+    return image(make(head + rows, crowded_sky(1e-3)), 1);
+  };
+  const RenderJob made = make(head + front + behind, crowded_sky(1e-3));
+  ASSERT_FALSE(made.scene->galaxies[0].is_layer);
+  ASSERT_TRUE(made.scene->galaxies[1].is_layer);
+  const std::vector<double> large = alone(front), small = alone(behind);
+  const std::vector<double> together = image(made, -1);
+  const std::size_t rays_together = rays;
+  const std::vector<double> layers = image(made, 1);
+  EXPECT_LT(rays, 0.8 * rays_together);
+  double light = 0, hidden = 0, error = 0;
+  for (std::size_t i = 0; i < layers.size(); ++i) {
+    light += small[i];
+    hidden += large[i] + small[i] - together[i];
+    error += layers[i] - together[i];
+    if (small[i] > 0) continue;
+    EXPECT_NEAR(layers[i] / together[i], 1, rounding);
+  }
+  EXPECT_GT(hidden, 0.2 * light);
+  EXPECT_NEAR(error, 0, 0.025 * hidden);  // measured: 0.0125
+}
+
 // Stars of a small galaxy are smooth light, so that it is a layer, unless the file asks for stars.
 TEST(SmallGalaxies, DrawNoStarsUnlessAsked) {
   const auto made = [](const std::string& sampling, const std::string& grid = "") {

@@ -149,10 +149,13 @@ class Renderer {
   void add_ray(const Sample& sample, std::size_t ray, Workspace& work, LightSums& sums) const;
   /// How many numbers a pixel has in the parts of a galaxy's layer.
   std::size_t layer_numbers(int galaxy) const;
+  /// Whether the layer of a galaxy is needed in a pixel.
+  using IsShown = std::function<bool(int galaxy, int x, int y)>;
   /// Makes the parts of the layers of `galaxies` in a region; layers[i] belongs to galaxies[i].
+  /// Pixels for which `is_shown` is false are left empty.
   void make_layers(std::span<const int> galaxies, const ImageRegion& region,
-                   std::span<GalaxyLayer> layers, Workspace& work, RenderCounts& counts,
-                   const TakeLayerRay& take) const;
+                   const IsShown& is_shown, std::span<GalaxyLayer> layers, Workspace& work,
+                   RenderCounts& counts, const TakeLayerRay& take) const;
   /// Adds an integrated ray to the parts of its layer.
   void add_to_layer(int galaxy, const Sample& sample, std::size_t ray, Workspace& work,
                     GalaxyLayer& layer, const TakeLayerRay& take) const;
@@ -162,9 +165,15 @@ class Renderer {
   /// Share of a pixel's light that the dust of its layers takes from layers behind, in the plane
   /// where it is largest.
   double dimmed_share(int x, int y, const Workspace& work) const;
+  /// Whether a galaxy may be a layer in pixels that it shares with small galaxies.
+  bool may_be_layer(int galaxy) const;
+  /// Finds the layers of a pixel, nearest first. Returns false where the pixel needs rays through
+  /// all its galaxies together: all of them are large, some may not be a layer, or two penetrate
+  /// each other.
+  bool find_in_pixel(int x, Workspace& work) const;
   /// Adds a pixel's layers, one behind the other. Returns false where the pixel needs rays through
-  /// all its galaxies together: some galaxy has no layer, two galaxies penetrate each other, or
-  /// dimmed_share() is above Accuracy::most_dimmed.
+  /// all its galaxies together, by find_in_pixel() or since dimmed_share() is above
+  /// Accuracy::most_dimmed.
   bool add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const;
   /// Adds a pixel of a layer, and dims the layers behind it.
   void add_layer(int galaxy, const double* numbers, int x, int row, Workspace& work,
