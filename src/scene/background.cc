@@ -23,7 +23,7 @@ constexpr double star_slope = 0.2;
 // Sizes: 0.3 to 0.6 arcsec at i = 22 to 24.
 constexpr double radius_at_23 = 0.45;  // arcsec
 constexpr double radius_slope = -0.08;
-constexpr double radius_deviation = 0.18;         // dex
+constexpr double radius_deviation = 0.18;  // dex
 // Colours of most stars fainter than magnitude 14 at high latitudes: B - V from 1.6 to 0.4, by T of
 // B - V (Ballesteros 2012, EPL 97, 34008).
 constexpr double coldest = 3700, hottest = 6900;  // K
