@@ -14,10 +14,10 @@ namespace gamer {
 
 namespace {
 
-// Error of the dimming by a galaxy with at least this number of pixels to its radius, relative to
-// that by a small one. Dust that pixels resolve varies less within them.
-constexpr double resolved_share = 1.0 / 3;
+// Shortest half axis of a galaxy's ball, in pixels, from which on pixels resolve the galaxy's dust.
 constexpr double resolved_radius = 128;
+// Error of the dimming by such dust, relative to that by the dust of small galaxies.
+constexpr double resolved_share = 1.0 / 3;
 
 }  // namespace
 
@@ -146,9 +146,8 @@ GalaxyLayer Renderer::layer_parts(int galaxy, const ImageRegion& region, const T
 bool Renderer::may_be_layer(int galaxy) const {
   const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(galaxy)];
   if (placed.is_layer) return true;
-  // Galaxies about the camera may be before and behind another at once.
-  return camera_.projection() == Projection::orthographic ||
-         glm::distance(camera_.origin(), placed.centre) > placed.bounding_radius;
+  // A galaxy about the camera may be in front of another one and behind it at once.
+  return glm::distance(camera_.origin(), placed.centre) > placed.bounding_radius;
 }
 
 bool Renderer::find_in_pixel(int x, Workspace& work) const {
@@ -167,8 +166,10 @@ bool Renderer::find_in_pixel(int x, Workspace& work) const {
     work.in_pixel.push_back(&*found);
   }
   if (!has_layer && !work.in_pixel.empty()) return false;
-  // The order of `layers`: nearest first.
-  std::ranges::sort(work.in_pixel);
+  std::ranges::sort(work.in_pixel, {}, [&](const Workspace::LayerOf* of) {
+    const double depth = glm::dot(placed(of->galaxy).centre - ray->origin, ray->direction);
+    return std::pair(depth, medium_.rank(of->galaxy));
+  });
   for (std::size_t k = 0; k + 1 < work.in_pixel.size(); ++k) {
     const PlacedGalaxy& front = placed(work.in_pixel[k]->galaxy);
     for (std::size_t other = k + 1; other < work.in_pixel.size(); ++other) {
@@ -198,10 +199,6 @@ void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& re
     work.layers.clear();
     return;
   }
-  std::ranges::sort(work.layers, {}, [&](const Workspace::LayerOf& of) {
-    const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(of.galaxy)];
-    return std::pair(camera_.distance(placed.centre), medium_.rank(of.galaxy));
-  });
   const std::size_t missing = fixed.size() + others.size() + large.size();
   work.made_layers.resize(std::max(work.made_layers.size(), missing));
   std::span<GalaxyLayer> made(work.made_layers);
@@ -220,7 +217,7 @@ void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& re
   of_fixed.unconverged_rays = 0;
   counts += of_fixed;
   make(others, {}, counts);
-  // A large galaxy is a layer only where layers of others meet it.
+  // A large galaxy is a layer only in pixels that it shares with layers.
   make(
       large,
       [&](int galaxy, int x, int y) {

@@ -57,8 +57,8 @@ struct Renderer::Workspace {
     int galaxy;
     const GalaxyLayer* layer;
   };
-  std::vector<LayerOf> layers;  ///< nearest first
-  std::vector<const LayerOf*> in_pixel;
+  std::vector<LayerOf> layers;
+  std::vector<const LayerOf*> in_pixel;  ///< nearest first
   std::vector<GalaxyLayer> made_layers;
   RayLight light;
 

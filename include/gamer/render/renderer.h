@@ -152,7 +152,7 @@ class Renderer {
   /// Whether the layer of a galaxy is needed in a pixel.
   using IsShown = std::function<bool(int galaxy, int x, int y)>;
   /// Makes the parts of the layers of `galaxies` in a region; layers[i] belongs to galaxies[i].
-  /// Pixels for which `is_shown` is false are left empty.
+  /// Pixels for which `is_shown` is false are left empty; no function stands for all pixels.
   void make_layers(std::span<const int> galaxies, const ImageRegion& region,
                    const IsShown& is_shown, std::span<GalaxyLayer> layers, Workspace& work,
                    RenderCounts& counts, const TakeLayerRay& take) const;
@@ -163,16 +163,16 @@ class Renderer {
   void find_layers(const GalaxyIndex::Found& near, const ImageRegion& region, Workspace& work,
                    RenderCounts& counts) const;
   /// Share of a pixel's light that the dust of its layers takes from layers behind, in the plane
-  /// where it is largest.
+  /// where it is largest. Resolved dust counts a third.
   double dimmed_share(int x, int y, const Workspace& work) const;
   /// Whether a galaxy may be a layer in pixels that it shares with small galaxies.
   bool may_be_layer(int galaxy) const;
-  /// Finds the layers of a pixel, nearest first. Returns false where the pixel needs rays through
-  /// all its galaxies together: all of them are large, some may not be a layer, or two penetrate
-  /// each other.
+  /// Finds the layers of a pixel, nearest first. Returns false where the pixel shows no sky or
+  /// needs rays through all its galaxies together. It needs them where all galaxies are large, one
+  /// may not be a layer, or two penetrate each other.
   bool find_in_pixel(int x, Workspace& work) const;
   /// Adds a pixel's layers, one behind the other. Returns false where the pixel needs rays through
-  /// all its galaxies together, by find_in_pixel() or since dimmed_share() is above
+  /// all its galaxies together: find_in_pixel() is false, or dimmed_share() exceeds
   /// Accuracy::most_dimmed.
   bool add_layers(int x, int y, int row, Workspace& work, LightSums& sums) const;
   /// Adds a pixel of a layer, and dims the layers behind it.

@@ -55,7 +55,8 @@ struct PlacedGalaxy {
   double light_factor(std::size_t emitter) const {
     return light_factors.empty() ? 1 : light_factors[emitter];
   }
-  /// Whether the galaxy is rendered alone, and then laid over the objects behind it (GalaxyLayer).
+  /// Whether the galaxy is rendered alone, and then laid over the objects behind it (GalaxyLayer),
+  /// in all its pixels. Other galaxies are so only in pixels that they share with such galaxies.
   /// Every galaxy of fixed flux is a layer.
   bool is_layer = false;
   /// Whether the stars of its star fields may be drawn one by one. Otherwise they are smooth light.
