@@ -213,6 +213,8 @@ void CommandLine::add_commands() {
       ->capture_default_str();
   look_command_->add_option("--pa", look_.position_angle, "position angle of the major axis, deg")
       ->capture_default_str();
+  look_command_->add_flag("--sky", look_.has_sky,
+                          "among stars and faint galaxies, as a telescope sees it");
   CLI::App* new_command =
       app_.add_subcommand("new", "print the file of a galaxy type, to begin one's own with");
   new_command->add_option("type", options_.sample_galaxy, "see --list-galaxies")

@@ -5,24 +5,25 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <sstream>
+#include <string_view>
 
+#include "core/message.h"
 #include "gamer/core/config.h"
+#include "gamer/core/random.h"
 #include "gamer/core/units.h"
+#include "gamer/job/job.h"
 #include "gamer/job/record.h"
+#include "gamer/scene/background.h"
 
 namespace gamer {
 namespace {
 
 constexpr const char* label = "gamer look";
 
-constexpr const char* view = R"([image]
+constexpr const char* picture = R"([image]
 size = [640, 640]
 output = {}
-[camera]
-projection = "orthographic"
-position = [0, 0, 10]
-up = [0, 1, 0]
-width = 2
 [sampling]
 tolerance = 0.01
 )";
@@ -32,13 +33,52 @@ constexpr const char* colours = R"([spectrum]
 bands = ["bessell_b", "bessell_v", "red_halpha"]
 )";
 
-bool chooses_planes(const std::vector<std::string>& settings) {
-  return std::ranges::any_of(settings, [](const std::string& setting) {
-    return setting.starts_with("spectrum.bands") || setting.starts_with("spectrum.wavelengths");
-  });
+constexpr const char* view_in_space = R"([camera]
+projection = "orthographic"
+position = [0, 0, 10]
+up = [0, 1, 0]
+width = 2
+)";
+
+constexpr const char* view_of_sky = R"([photometry]
+reference_band = "bessell_v"
+[camera]
+projection = "sky"
+center = [180, 0]
+)";
+
+// The galaxy before a sky. Its mean surface brightness within its ball is 22.6 mag arcsec^-2, that
+// of M100 and M51 at V.
+constexpr double sky_radius = 200;     // of the galaxy's ball, arcsec
+constexpr double sky_magnitude = 9.9;  // AB
+constexpr double sky_distance = 10;    // Mpc
+constexpr double faintest_galaxies = 23;
+constexpr double star_number = 1;  // arcmin^-2
+
+bool chooses(const std::vector<std::string>& settings, std::string_view key) {
+  return std::ranges::any_of(
+      settings, [key](const std::string& setting) { return setting.starts_with(key); });
 }
 
-/// The scene list of a galaxy with this inclination and position angle for the camera of `view`.
+std::string parameters_text(const Look& look, const std::vector<std::string>& settings) {
+  const std::string name = std::filesystem::path(look.galaxy).stem().string() + ".png";
+  std::string text = fmt::format(fmt::runtime(picture), toml_string(name));
+  if (!chooses(settings, "spectrum.bands") && !chooses(settings, "spectrum.wavelengths")) {
+    text += colours;
+  }
+  if (!look.has_sky) return text + view_in_space;
+  text += view_of_sky;
+  if (chooses(settings, "camera.pixel_scale") || chooses(settings, "camera.instrument")) {
+    return text;
+  }
+  ConfigNode root = parse_toml(text, label);
+  for (const std::string& setting : settings) set_from_text(root, setting);
+  const RenderParameters parameters = RenderParameters::read(root);
+  return text + fmt::format("pixel_scale = {:.6g}\n",
+                            2 * sky_radius / std::min(parameters.width, parameters.height));
+}
+
+/// The scene list of a galaxy with this inclination and position angle in `view_in_space`.
 /// The axis is in scene coordinates, so that a moved camera sees the galaxy from another side. The
 /// line of nodes is at `position_angle` from +y, a right angle more than that from +x.
 std::string scene_list(const Look& look) {
@@ -48,17 +88,44 @@ std::string scene_list(const Look& look) {
                      std::cos(tilt), std::remainder(look.position_angle + 90, 360));
 }
 
+/// The scene list of a galaxy in the middle of a view of the sky, with stars and faint galaxies.
+std::string sky_list(const Look& look, const std::vector<std::string>& settings,
+                     Resources& resources) {
+  for (const std::string_view key : {"camera.projection", "scene.solo"}) {
+    if (chooses(settings, key)) {
+      throw input_error({label, 0, 0}, "--sky shows a whole galaxy on the sky: leave out {}", key);
+    }
+  }
+  JobRequest request;
+  request.settings = settings;
+  RenderParameters parameters = load_parameters(request, resources);
+  const Camera camera = make_camera(parameters, resources);
+  Background background;
+  background.faintest = faintest_galaxies;
+  background.star_number = star_number;
+  background.seed = hash_text(0, std::filesystem::path(look.galaxy).stem().string());
+  // A list with commas holds any name of a file.
+  std::istringstream rows(background_list(background, camera));
+  std::string list, row;
+  while (std::getline(rows, row)) {
+    std::ranges::replace(row, ' ', ',');
+    list += row + (list.empty() ? ",distance,size_arcsec\n" : ",-,-\n");
+  }
+  const std::vector<double>& middle = parameters.section("camera").numbers("center");
+  return list + fmt::format("\"{}\",{},{},-,-,{},{},{},-,-,{},{}\n", look.galaxy, middle[0],
+                            middle[1], sky_magnitude, look.inclination, look.position_angle,
+                            sky_distance, sky_radius);
+}
+
 }  // namespace
 
 void add_look(const Look& look, const std::vector<std::string>& settings, Resources& resources) {
   if (look.galaxy.find_first_of("\"\n\r") != std::string::npos) {
     throw InputError({label, 0, 0}, "a galaxy's name has no quotes and no line breaks");
   }
-  const std::string picture = std::filesystem::path(look.galaxy).stem().string() + ".png";
-  resources.add({recorded_parameters, label,
-                 fmt::format(fmt::runtime(view), toml_string(picture)) +
-                     (chooses_planes(settings) ? "" : colours)});
-  resources.add({recorded_scene, label, scene_list(look)});
+  resources.add({recorded_parameters, label, parameters_text(look, settings)});
+  resources.add({recorded_scene, label,
+                 look.has_sky ? sky_list(look, settings, resources) : scene_list(look)});
 }
 
 }  // namespace gamer

@@ -12,12 +12,19 @@ struct Look {
   std::string galaxy;          ///< a type's name or its file
   double inclination = 35;     ///< deg
   double position_angle = 30;  ///< deg
+  bool has_sky = false;        ///< whether stars and faint galaxies surround it
 };
 
 /// Records a parameter file and a scene list for `look`. The galaxy fills a picture of 640 x 640
 /// pixels, NAME.png, at tolerance 1e-2. Its colours are blue, green, and red with H alpha, unless
-/// `settings` ("section.key=value") give bands or wavelengths. Throws InputError for a name that no
-/// scene list can hold.
+/// `settings` ("section.key=value") give bands or wavelengths.
+///
+/// With a sky the galaxy is 10 Mpc away. Its ball has a radius of 200 arcsec, and its V magnitude
+/// is 9.9. Its name chooses the stars and faint galaxies (background_list()). The settings may give
+/// the scale of the pixels, such that another part of the sky is seen.
+///
+/// Throws InputError for a name that no scene list can hold. Other errors are, with a sky,
+/// settings that choose one component or another projection, and wrong settings.
 void add_look(const Look& look, const std::vector<std::string>& settings, Resources& resources);
 
 }  // namespace gamer

@@ -39,7 +39,7 @@ struct Background {
 /// The numbers of galaxies and stars are Poisson variates. Positions are uniform on the part of the
 /// sky that the image shows. A fifth of the galaxies are elliptical or lenticular; 30, 40 and 30 %
 /// of the others are Sbc, Scd and irregular. Counts of stars rise as 10^(0.2 m). Their colours are
-/// those of blackbodies of 3000 to 9000 K, uniform in ln T. Every object is a function of its
+/// those of blackbodies of 3700 to 6900 K, uniform in ln T. Every object is a function of its
 /// number, the seed and the view. Throws InputError where the view is not of the sky, or has more
 /// than `most_objects` objects.
 std::string background_list(const Background& background, const Camera& camera);

@@ -1,6 +1,9 @@
 """What the program prints without rendering."""
 
+import math
 import unittest
+
+from astropy.io import fits
 
 from gamer_program import RANKS, Folder, main
 
@@ -89,6 +92,35 @@ class Tells(unittest.TestCase):
                 self.assertEqual(result.returncode, 2)
                 self.assertTrue(result.stderr.startswith(message), result.stderr)
                 self.assertEqual(folder.content(), before)
+
+    def test_look_with_a_sky(self):
+        with Folder() as folder:
+            def run(*arguments):
+                result = folder.run("look", "elliptical", "--sky", *arguments)
+                self.assertEqual((result.returncode, result.stderr), (0, ""), arguments)
+                return result.stdout
+
+            # The galaxy fills the shorter side.
+            self.assertIn("pixel_scale = 0.8\n", run("-s", "image.size=[500,800]", "--print-config"))
+            self.assertIn("pixel_scale = 0.3\n", run("-s", "camera.pixel_scale=0.3", "--print-config"))
+            objects = [line for line in run("--dry-run").splitlines() if " galaxies, " in line]
+            run("-s", "image.size=32", "-o", "small.fits", "-q")
+            with fits.open(folder.path / "small.fits") as hdus:
+                scene, flux = hdus["SCENE"].data, hdus[0].data[1].sum()
+            stars = int((scene["galaxy"] == "star").sum())
+            # Any size of the picture shows these objects. Their numbers are Poisson variates.
+            self.assertIn(f" {len(scene) - stars} galaxies, {stars} stars", objects[0])
+            area = (400 / 60) ** 2
+            counts = 46 / 10 ** (0.31 * 25) * (10 ** (0.31 * 23) - 10 ** (0.31 * 18))
+            self.assertLess(abs(stars - area), 4 * area ** 0.5)
+            self.assertLess(abs(len(scene) - stars - area * counts), 4 * (area * counts) ** 0.5)
+            # The galaxy of magnitude 9.9 outshines the others by far.
+            self.assertLess(abs(31.4 - 2.5 * math.log10(flux) - 9.9), 0.1)
+            self.assertEqual(list(scene["size_arcsec"][scene["galaxy"] == "elliptical"])[-1], 200)
+            for arguments in (["--solo", "bulge1"], ["-s", 'camera.projection="sky"']):
+                result = folder.run("look", "elliptical", "--sky", *arguments)
+                self.assertEqual(result.returncode, 2)
+                self.assertTrue(result.stderr.startswith("gamer look: --sky shows a whole galaxy"), result.stderr)
 
     def test_background(self):
         with Folder() as folder:
