@@ -17,7 +17,11 @@ void ScaledTexture::normalise(std::span<const WeightedBatch> cloud,
     factor(cloud[b].points(), other.data());
     for (std::size_t i = 0; i < cloud[b].size; ++i) out[i] *= other[i];
   });
-  if (!(all.mean > 0) || !std::isfinite(all.square_mean)) throw InputError(no_mean_);
+  if (!(all.mean > 0) || !std::isfinite(all.square_mean)) {
+    if (no_mean_ != nullptr) throw InputError(no_mean_);
+    rms_ = 1;
+    return;
+  }
   scale_ = 1 / all.mean;
   rms_ = std::sqrt(all.square_mean) / all.mean;
 }

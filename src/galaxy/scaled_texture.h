@@ -8,6 +8,7 @@
 namespace gamer {
 
 /// A texture without twirl that is a function of the place, divided by its mean over the component.
+/// If that mean is zero or infinite over the cloud, the function may stay as it is.
 class ScaledTexture : public Texture {
  public:
   void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
@@ -21,7 +22,7 @@ class ScaledTexture : public Texture {
   double scale() const { return scale_; }
 
  protected:
-  /// `no_mean` is the message of the error where the mean is zero or infinite.
+  /// `no_mean` is the message of the error where the mean is zero or infinite; null for none.
   explicit ScaledTexture(const char* no_mean) : Texture(0), no_mean_(no_mean) {}
 
  private:

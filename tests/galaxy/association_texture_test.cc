@@ -362,6 +362,14 @@ TEST(AssociationTexture, KeepsTheLightOfFewClumps) {
   expect_light(text, {0.025, 800, 1600, 32}, 0.025);
 }
 
+// The points of a cloud may all lie between the clumps.
+TEST(AssociationTexture, KeepsTheLightOfClumpsThatACloudMisses) {
+  const std::string text =
+      "[[component]]\nclass = \"associations\"\nsed = \"flat\"\nz0 = 0.01\nrh = 0.2\nnumber = 8\n"
+      "largest = 0.03\nluminosity_range = 1\ndiffuse = 0\n";
+  expect_light(text, {0.01, 1000, 2000, 16}, 0.02);
+}
+
 // Phi changes slowly with the footprint, so that no clump appears suddenly in a zoom.
 TEST(AssociationTexture, FadesWithTheFootprint) {
   AssociationParameters p = plain();

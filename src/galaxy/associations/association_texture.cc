@@ -48,7 +48,9 @@ constexpr double layer_share = 0.96;
 // Offsets of lattices, cells.
 constexpr double largest_shift = 16;
 
-constexpr const char* no_associations = "there are no associations in the whole component";
+// The few points of a cloud may all lie between clumps. AssociationTexture's mean over all seeds, 1,
+// then counts until association_means() gives that of the seed.
+constexpr const char* no_message = nullptr;
 
 /// The integral of x^power over [least, most].
 double power_integral(double power, double least, double most) {
@@ -194,7 +196,7 @@ void AssociationParameters::apply(const ParameterSet& values) {
 
 AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
                                        SurfaceDensity density, double z0)
-    : ScaledTexture(no_associations), parameters_(parameters), z0_(z0) {
+    : ScaledTexture(no_message), parameters_(parameters), z0_(z0) {
   const double total = integral_of(density);
   for (float& value : density.values) value = static_cast<float>(double{value} / total);
   density_ = one_copy(std::move(density));
@@ -212,7 +214,7 @@ AssociationTexture::AssociationTexture(const AssociationParameters& parameters,
 }
 
 AssociationTexture::AssociationTexture(const AssociationTexture& twin, std::uint64_t seed)
-    : ScaledTexture(no_associations),
+    : ScaledTexture(no_message),
       parameters_(twin.parameters_),
       density_(twin.density_),
       z0_(twin.z0_),

@@ -244,9 +244,11 @@ void GalaxyStatistics::make_tables() {
     if (!(mean.value > 0) || !std::isfinite(mean.value)) {
       const Component& component = component_at(mean.component);
       throw InputError(component.where(),
-                       "component '" + component.name() +
-                           "': its texture is zero or infinite; change the noise's offset, "
-                           "contrast, exponent or floor");
+                       "component '" + component.name() + "': " +
+                           (component.has_texture_mean()
+                                ? "this seed has no associations; their number is too small"
+                                : "its texture is zero or infinite; change the noise's offset, "
+                                  "contrast, exponent or floor"));
     }
   }
   for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
