@@ -48,8 +48,8 @@ constexpr double layer_share = 0.96;
 // Offsets of lattices, cells.
 constexpr double largest_shift = 16;
 
-// The few points of a cloud may all lie between clumps. AssociationTexture's mean over all seeds, 1,
-// then counts until association_means() gives that of the seed.
+// The few points of a cloud may all lie between clumps. AssociationTexture's mean over all seeds,
+// 1, then counts until association_means() gives that of the seed.
 constexpr const char* no_message = nullptr;
 
 /// The integral of x^power over [least, most].
