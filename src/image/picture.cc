@@ -6,6 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
+#include "gamer/core/random.h"
+#include "gamer/core/random_variate.h"
 #include "gamer/image/png_table.h"
 #include "image/picture_size.h"
 #include "image/write_file.h"
@@ -253,15 +255,28 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
 
 /// Writes the picture's rows from the top: calls `take(rgb)` with 3 * width values.
 template <class Take>
-void for_each_picture_row(const Image& channels, const PictureTone& tone, Take take) {
-  std::vector<std::uint16_t> row(static_cast<std::size_t>(channels.width()) * 3);
+void for_each_picture_row(const Image& channels, const PictureTone& tone, const PictureStyle& style,
+                          Take take) {
+  const PictureColours colours(tone, style);
+  const auto width = static_cast<std::size_t>(channels.width());
+  const auto planes = static_cast<std::size_t>(channels.planes());
+  const std::uint64_t key = hash_words({style.grain_seed, hash_text(0, "grain of pictures")});
+  std::vector<std::uint16_t> row(width * 3);
+  std::vector<double> noise(width * planes);
   for (int y = channels.height() - 1; y >= 0; --y) {
+    if (style.grain > 0) {
+      normal_variates(key, static_cast<std::uint64_t>(y) * noise.size(), noise);
+    }
     std::uint16_t* out = row.data();
     for (int x = 0; x < channels.width(); ++x) {
-      const auto value = [&](int c) { return channels.at(x, y, channels.planes() == 1 ? 0 : c); };
-      for (const double channel : tone.colour({value(0), value(1), value(2)})) {
-        *out++ = to_16_bits(channel);
+      const double* pixel_noise = noise.data() + static_cast<std::size_t>(x) * planes;
+      std::array<double, 3> light, noises;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t plane = planes == 1 ? 0 : c;
+        light[c] = channels.at(x, y, static_cast<int>(plane));
+        noises[c] = pixel_noise[plane];
       }
+      for (const double channel : colours.colour(light, noises)) *out++ = to_16_bits(channel);
     }
     take(row);
   }
@@ -316,7 +331,7 @@ class PictureWriter final : public ImageWriter {
     options.overwrite = options_.overwrite;
     options.tables = std::move(tables_);
     PictureFile file(options, channels_.width(), channels_.height());
-    for_each_picture_row(channels_, tone,
+    for_each_picture_row(channels_, tone, options_.style,
                          [&](std::span<const std::uint16_t> row) { file.write_row(row); });
     file.finish();
   }
@@ -376,10 +391,43 @@ std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
   return channels;
 }
 
-std::array<double, 3> PictureTone::colour(const std::array<double, 3>& rgb) const {
+std::array<double, 3> PictureTone::light(const std::array<double, 3>& rgb) const {
   std::array<double, 3> light;
   for (std::size_t c = 0; c < 3; ++c) light[c] = std::max(rgb[c] - black[c], 0.0) * factor[c];
-  return lupton_stretch(light, slope, scale);
+  return light;
+}
+
+std::array<double, 3> PictureTone::colour(const std::array<double, 3>& rgb) const {
+  return lupton_stretch(light(rgb), slope, scale);
+}
+
+PictureColours::PictureColours(const PictureTone& tone, const PictureStyle& style)
+    : tone_(tone), saturation_(style.saturation) {
+  if (!(tone.slope > 0) || !(tone.scale > 0)) return;
+  if (style.brightness != 1) {
+    tone_.slope = style.brightness * tone.slope;
+    tone_.scale = 1 / std::asinh(style.brightness * std::sinh(1 / tone.scale));
+  }
+  const double stretched = std::sinh(style.sky / tone_.scale);
+  sky_ = stretched / tone_.slope;
+  // Of the noise of three channels, a third of the variance changes the intensity, by the stretch's
+  // derivative. The rest changes colours, which the ratio of stretch and intensity multiplies.
+  const double derivative = tone_.scale * tone_.slope / std::hypot(1.0, stretched);
+  const double ratio = sky_ > 0 ? style.sky / sky_ : derivative;
+  grain_ = style.grain / std::sqrt((derivative * derivative + 2 * ratio * ratio) / 3);
+}
+
+std::array<double, 3> PictureColours::colour(const std::array<double, 3>& rgb,
+                                             const std::array<double, 3>& noise) const {
+  std::array<double, 3> light = tone_.light(rgb);
+  const double intensity = (light[0] + light[1] + light[2]) / 3;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (saturation_ != 1) {
+      light[c] = std::max(intensity + saturation_ * (light[c] - intensity), 0.0);
+    }
+    light[c] = std::max(light[c] + sky_ + grain_ * noise[c], 0.0);
+  }
+  return lupton_stretch(light, tone_.slope, tone_.scale);
 }
 
 PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
@@ -516,7 +564,7 @@ Picture make_picture(const Image& image, const std::vector<double>& wavelengths,
       views(channels), 1, {}, {},
       channel_factors(image.planes(), wavelengths, light_of_unit(wavelengths, zero_points)));
   Picture picture{image.width(), image.height(), {}};
-  for_each_picture_row(channels, tone, [&](const std::vector<std::uint16_t>& row) {
+  for_each_picture_row(channels, tone, {}, [&](const std::vector<std::uint16_t>& row) {
     picture.rgb.insert(picture.rgb.end(), row.begin(), row.end());
   });
   return picture;

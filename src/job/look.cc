@@ -21,11 +21,18 @@ namespace {
 
 constexpr const char* label = "gamer look";
 
-constexpr const char* picture = R"([image]
+constexpr const char* picture = R"([sampling]
+tolerance = 0.01
+[image]
 size = [640, 640]
 output = {}
-[sampling]
-tolerance = 0.01
+)";
+
+// As in photographs of galaxies, whose faint parts are made brighter.
+constexpr const char* style_of_sky = R"(brightness = 1.6
+saturation = 1.25
+sky = 0.03
+grain = 0.01
 )";
 
 // Blue, green, and red with H alpha, unless the user chooses planes.
@@ -63,6 +70,7 @@ bool chooses(const std::vector<std::string>& settings, std::string_view key) {
 std::string parameters_text(const Look& look, const std::vector<std::string>& settings) {
   const std::string name = std::filesystem::path(look.galaxy).stem().string() + ".png";
   std::string text = fmt::format(fmt::runtime(picture), toml_string(name));
+  if (look.has_sky) text += style_of_sky;
   if (!chooses(settings, "spectrum.bands") && !chooses(settings, "spectrum.wavelengths")) {
     text += colours;
   }

@@ -247,6 +247,11 @@ RenderParameters frame_parameters(const RenderParameters& parameters, const Came
     settings.push_back(
         {"truth", "output", frame_path(parameters.truth.path, frame, frames).string()});
   }
+  const PictureStyle& style = parameters.image.output.style;
+  if (style.grain > 0) {
+    const auto seed = static_cast<std::int64_t>(style.grain_seed);
+    settings.push_back({"image", "grain_seed", seed + frame});
+  }
   for (const Parameter& parameter : parameters.section("animation").table()) {
     settings.push_back({"animation", parameter.name, std::monostate()});
   }

@@ -61,7 +61,17 @@ BoundTable image_keys(ImageSettings& p) {
              "unit of the pixels; auto: nJy if the scene has magnitudes, otherwise relative"),
       Parameter::numbers("tone", "", Interval::any(), std::nullopt,
                          "eight numbers for the colours of a picture: black and factor of red, "
-                         "green and blue, slope, scale; by default measured on the picture")};
+                         "green and blue, slope, scale; by default measured on the picture"),
+      {p.output.style.brightness, "brightness", "", Interval::closed(0.01, 100),
+       "factor on a picture's light below white, which stays white"},
+      {p.output.style.saturation, "saturation", "", Interval::closed(0, 10),
+       "colours of a picture: 0 is grey, 1 keeps them, larger values strengthen them"},
+      {p.output.style.sky, "sky", "", Interval::closed(0, 0.5),
+       "level of a picture's pixels without light, where white is 1"},
+      {p.output.style.grain, "grain", "", Interval::closed(0, 0.5),
+       "standard deviation of the noise of a picture's pixels without light, where white is 1"},
+      {p.output.style.grain_seed, "grain_seed", "", Interval::closed(0, 1e9),
+       "seed of the noise; frames of a film add their number"}};
 }
 
 BoundTable truth_keys(TruthSettings& p) {

@@ -543,6 +543,98 @@ TEST(AutomaticTone, SixteenBits) {
   EXPECT_EQ(to_16_bits(std::nan("")), 0);
 }
 
+// ---- Style
+// ---------------------------------------------------------------------------------------
+
+constexpr Colour no_noise = {0, 0, 0};
+
+/// A tone that makes the light 1 white.
+PictureTone white_one(double slope) {
+  PictureTone tone;
+  tone.slope = slope;
+  tone.scale = 1 / std::asinh(slope);
+  return tone;
+}
+
+TEST(PictureColours, ThePlainStyleIsTheTone) {
+  const PictureTone tone = white_one(10);
+  const Colour light = {0.3, 0.1, 0.02};
+  EXPECT_EQ(PictureColours(tone, {}).colour(light, {1, 2, 3}), tone.colour(light));
+}
+
+TEST(PictureColours, BrightnessKeepsWhite) {
+  const PictureColours colours(white_one(10), {.brightness = 3});
+  for (const double light : {0.01, 0.1, 1.0}) {
+    for (const double channel : colours.colour({light, light, light}, no_noise)) {
+      EXPECT_NEAR(channel, std::asinh(30 * light) / std::asinh(30.0), 1e-12);
+    }
+  }
+}
+
+TEST(PictureColours, SaturationStretchesTheDistanceFromGrey) {
+  const PictureTone tone = white_one(10);
+  const Colour light = {0.3, 0.2, 0.1};
+  const auto with = [&](double saturation) {
+    return PictureColours(tone, {.saturation = saturation}).colour(light, no_noise);
+  };
+  const double grey = tone.colour({0.2, 0.2, 0.2})[0];
+  for (const double saturation : {0.0, 0.5, 1.5}) {
+    const Colour colour = with(saturation);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(colour[c] / grey, 1 + saturation * (light[c] / 0.2 - 1), 1e-12);
+    }
+  }
+  EXPECT_EQ(with(10)[2], 0);
+}
+
+/// The mean and the deviation of columns [first, last) of a channel.
+std::array<double, 2> mean_and_deviation(const ReadPng& png, int first, int last, int channel) {
+  double sum = 0, squares = 0;
+  for (int row = 0; row < png.height; ++row) {
+    for (int x = first; x < last; ++x) {
+      const double value = png.at(x, row, channel) / 65535.0;
+      sum += value;
+      squares += value * value;
+    }
+  }
+  const double count = png.height * (last - first);
+  return {sum / count, std::sqrt(squares / count - sum * sum / count / count)};
+}
+
+// The left half has no light, the right half has light of the level 0.5.
+TEST(PictureWriter, SkyAndGrain) {
+  constexpr int size = 256;
+  constexpr double sky = 0.2, grain = 0.02;
+  const PictureTone tone = white_one(50);
+  const double light = std::sinh(0.5 / tone.scale) / tone.slope;
+  TemporaryFolder folder;
+  const auto picture = [&](const char* name, std::uint64_t seed) {
+    OutputOptions options{folder / name};
+    options.tone = tone.numbers();
+    options.style = {.sky = sky, .grain = grain, .grain_seed = seed};
+    const auto writer = make_picture_writer(options, test_header(size, size, some_wavelengths));
+    std::vector<double> row(std::size_t{3} * size, 0.0);
+    for (std::size_t i = 0; i < row.size(); ++i) row[i] = i % size < size / 2 ? 0 : light;
+    for (int y = 0; y < size; ++y) writer->write_rows(y, 1, row);
+    writer->finish();
+    return read_png(options.path);
+  };
+  const ReadPng png = picture("a.png", 1);
+  // Five standard errors of 32768 pixels.
+  const double error = 5 * grain / std::sqrt(size * size / 2);
+  for (int channel = 0; channel < 3; ++channel) {
+    const auto [dark, dark_grain] = mean_and_deviation(png, 0, size / 2, channel);
+    EXPECT_NEAR(dark, sky, error);
+    EXPECT_NEAR(dark_grain / grain, 1, 0.01);
+    const auto [bright, bright_grain] = mean_and_deviation(png, size / 2, size, channel);
+    EXPECT_GT(bright, 0.5);
+    EXPECT_LT(bright_grain, 0.6 * dark_grain);
+  }
+  EXPECT_NE(png.at(3, 3, 0), png.at(3, 3, 1));
+  EXPECT_NE(png.at(3, 3, 0), picture("b.png", 2).at(3, 3, 0));
+  EXPECT_EQ(png.at(3, 3, 0), picture("c.png", 1).at(3, 3, 0));
+}
+
 // ---- The renderer's writer ---------------------------------------------------------------------
 
 TEST(PictureWriter, SameAsMakePictureInAnyOrder) {

@@ -162,6 +162,16 @@ TEST(FrameParameters, AreThoseOfASingleImage) {
   EXPECT_EQ(again.animation.frames, 0);
 }
 
+TEST(FrameParameters, HaveTheirOwnGrain) {
+  const std::string text = "grain_seed = 5\n[animation]\nframes = 12\nfov = [20, 30]\n";
+  const RenderParameters film = parameters_of("[image]\ngrain = 0.01\n" + text);
+  const CameraPath path(film);
+  EXPECT_EQ(frame_parameters(film, path, 0).image.output.style.grain_seed, 5U);
+  EXPECT_EQ(frame_parameters(film, path, 6).image.output.style.grain_seed, 11U);
+  const RenderParameters plain = parameters_of("[image]\n" + text);
+  EXPECT_EQ(frame_parameters(plain, path, 6).image.output.style.grain_seed, 5U);
+}
+
 TEST(FramePath, NumbersFrames) {
   EXPECT_EQ(frame_path("out.png", 0, 10), "out_0001.png");
   EXPECT_EQ(frame_path("x/out.fits", 99999, 123456), "x/out_100000.fits");

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "gamer/image/image.h"
+#include "gamer/image/picture_style.h"
 
 namespace gamer {
 
@@ -25,6 +26,7 @@ struct OutputOptions {
   bool overwrite = false;
   /// PictureTone::numbers() of a picture; if none, the picture's own tone.
   std::optional<std::array<double, 8>> tone = {};
+  PictureStyle style = {};
 };
 
 /// A writer takes rows in any order, and leaves a complete file or none. The file is written beside

@@ -87,13 +87,15 @@ std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
                                        const std::vector<double>& wavelengths);
 
 /// The numbers that make_picture() chooses for its channels. The colour of the pixel (r, g, b) is
-/// lupton_stretch() of factor_c max(c - black_c, 0).
+/// lupton_stretch() of its light().
 struct PictureTone {
   std::array<double, 3> black{};
   std::array<double, 3> factor = {1, 1, 1};
   double slope = 0;  ///< slope = scale = 0 where the image has no light
   double scale = 0;
 
+  /// factor_c max(c - black_c, 0).
+  std::array<double, 3> light(const std::array<double, 3>& rgb) const;
   std::array<double, 3> colour(const std::array<double, 3>& rgb) const;
 
   /// Black, factor, slope, scale.
@@ -116,6 +118,30 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
                            const std::optional<std::array<double, 3>>& black = {},
                            const std::optional<std::array<double, 3>>& factor = {},
                            const std::array<double, 3>& channel_factors = {1, 1, 1});
+
+/// Colours of pixels by a tone and a style.
+///
+/// *Brightness* b. The stretch of the tone, scale asinh(slope I), is 1 at the light sinh(1/scale)/
+/// slope, which stays white: slope b and 1/asinh(b sinh(1/scale)) replace slope and scale.
+///
+/// *Saturation* s. A channel c of a pixel of intensity I becomes I + s (c - I), at least 0.
+///
+/// *Sky and grain.* All channels then get the light whose stretch is the level `sky`, and noise.
+/// The noise is normal, independent in each channel and pixel, and has the standard deviation
+/// `grain` in a picture of the sky alone. It is light too, so that bright parts have less grain.
+class PictureColours {
+ public:
+  PictureColours(const PictureTone& tone, const PictureStyle& style);
+
+  /// The colour of pixels with this noise, normal of mean 0 and sigma 1.
+  std::array<double, 3> colour(const std::array<double, 3>& rgb,
+                               const std::array<double, 3>& noise) const;
+
+ private:
+  PictureTone tone_;
+  double saturation_;
+  double sky_ = 0, grain_ = 0;  ///< light
+};
 
 /// The nearest of 65536 steps of [0, 1]; values outside go to the nearer end, NaN to 0.
 std::uint16_t to_16_bits(double value);
