@@ -410,7 +410,7 @@ PictureColours::PictureColours(const PictureTone& tone, const PictureStyle& styl
   }
   const double stretched = std::sinh(style.sky / tone_.scale);
   sky_ = stretched / tone_.slope;
-  // Of the noise of three channels, a third of the variance changes the intensity, by the stretch's
+  // A third of the variance of three channels changes the intensity, by the stretch's
   // derivative. The rest changes colours, which the ratio of stretch and intensity multiplies.
   const double derivative = tone_.scale * tone_.slope / std::hypot(1.0, stretched);
   const double ratio = sky_ > 0 ? style.sky / sky_ : derivative;
