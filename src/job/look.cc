@@ -29,10 +29,12 @@ output = {}
 )";
 
 // As in photographs of galaxies, whose faint parts are made brighter.
-constexpr const char* style_of_sky = R"(brightness = 1.6
-saturation = 1.25
+constexpr const char* style_of_sky = R"(brightness = 1.7
+saturation = 1.2
 sky = 0.03
 grain = 0.01
+[stars]
+spikes = 0.08
 )";
 
 // Blue, green, and red with H alpha, unless the user chooses planes.
@@ -59,7 +61,7 @@ center = [180, 0]
 constexpr double sky_radius = 200;     // of the galaxy's ball, arcsec
 constexpr double sky_magnitude = 9.9;  // AB
 constexpr double sky_distance = 10;    // Mpc
-constexpr double faintest_galaxies = 23;
+constexpr double faintest_galaxies = 22.5;
 constexpr double star_number = 1;  // arcmin^-2
 
 bool chooses(const std::vector<std::string>& settings, std::string_view key) {

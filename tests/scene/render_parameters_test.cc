@@ -59,6 +59,11 @@ output = "a \"b\".fits.fz"
 bitpix = -64
 layout = "files"
 unit = "MJy/sr"
+brightness = 1.5
+saturation = 2
+sky = 0.05
+grain = 0.01
+grain_seed = 3
 
 [camera]
 projection = "orthographic"
@@ -149,9 +154,9 @@ TEST(RenderParameters, ReadsEveryKey) {
   EXPECT_EQ(p.camera.width, 1e-7);
   EXPECT_EQ(p.camera.supersample, 4);
   EXPECT_EQ(p.spectrum.wavelengths, (std::vector<double>{4400, 5500.25, 8140}));
-  EXPECT_EQ(p.spectrum.wavelengths_where.text(), "render.par:18:15");
+  EXPECT_EQ(p.spectrum.wavelengths_where.text(), "render.par:23:15");
   EXPECT_EQ(p.spectrum.bands, (std::vector<std::string>{"sdss_g", "my.band"}));
-  EXPECT_EQ(p.spectrum.bands_where.text(), "render.par:19:9");
+  EXPECT_EQ(p.spectrum.bands_where.text(), "render.par:24:9");
   EXPECT_EQ(p.spectrum.band_samples, 3);
   EXPECT_EQ(p.spectrum.igm, Igm::madau95);
   EXPECT_EQ(p.image.unit, PixelUnit::megajansky_per_sr);
@@ -168,6 +173,11 @@ TEST(RenderParameters, ReadsEveryKey) {
   EXPECT_EQ(p.truth.parts, TruthSettings::Parts::components);
   EXPECT_TRUE(p.truth.dust_free && p.truth.optical_depth && p.truth.segmentation);
   EXPECT_EQ(p.truth.path, "t.fits");
+  EXPECT_EQ(p.image.output.style.brightness, 1.5);
+  EXPECT_EQ(p.image.output.style.saturation, 2);
+  EXPECT_EQ(p.image.output.style.sky, 0.05);
+  EXPECT_EQ(p.image.output.style.grain, 0.01);
+  EXPECT_EQ(p.image.output.style.grain_seed, 3U);
   EXPECT_EQ(p.megaparsec(), 1e-3);
   EXPECT_EQ(p.noise.kind->name(), "perlin");
   EXPECT_EQ(p.noise.octaves, 5);

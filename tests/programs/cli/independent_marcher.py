@@ -1178,8 +1178,8 @@ INCLINATIONS = (0, 40, 75, 88)
 # <Phi> over the large clouds, or clump by clump, relative to that over the first clouds. --measure
 # measures these ratios, in half a minute a galaxy.
 RATIOS = {
-    "dusty_barred": {"arms": 1.002511, "associations": 1.476258, "H II regions": 0.688764,
-                     "bar lanes": 1.038258, "lanes": 1.00232},
+    "dusty_barred": {"associations": 1.289785, "H II regions": 0.652077, "bar lanes": 1.028823,
+                     "lanes": 1.008835},
     "elliptical_dust": {"young clumps": 0.220316, "band": 1.002976},
     "irregular": {"patches": 0.99044, "young clumps": 0.994397, "H II regions": 0.925276,
                   "clouds": 0.99679},
