@@ -60,7 +60,7 @@ const std::vector<Shipped> shipped_bands = {
     {"hst_f814w", 8060, 8087, 1738, 8059.836176, 8087.299177, 1737.125, 0.2162629641, 0.45},
     {"euclid_vis", 7104, 7181, 3433, 7103.81225, 7180.969704, 3432.75, 0.4884749766, 0.76},
     // This band is GAMER's own.
-    {"red_halpha", 7137, 0, 0, 7137.42916, 7173.47846, 654.6, 0.09217691689, 1}};
+    {"red_halpha", 7046, 0, 0, 7045.896346, 7079.213788, 387.3, 0.05522809017, 1}};
 
 TEST(ShippedBandpasses, AreThoseOfTheTable) {
   std::vector<std::string> names;

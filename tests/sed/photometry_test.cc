@@ -121,7 +121,7 @@ TEST(Photometry, BandFluxOfTemplates) {
                                  {"Im", "euclid_vis", 0.7, Igm::none, 39216929.7861},
                                  {"hii", "sdss_g", 0, Igm::none, 35974677.7116},
                                  {"hii", "sdss_r", 0.27, Igm::none, 46529899.0036},
-                                 {"hii", "red_halpha", 0.07, Igm::none, 46632543.0363},
+                                 {"hii", "red_halpha", 0.07, Igm::none, 44339082.9661},
                                  {"hii", "hst_f814w", 0.5, Igm::madau95, 54791265.5345},
                                  {"Im", "lsst_u", 2.2, Igm::madau95, 16212498.9347},
                                  {"Scd", "bessell_b", 2.6, Igm::madau95, 8811495.78032},
