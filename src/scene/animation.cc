@@ -249,8 +249,9 @@ RenderParameters frame_parameters(const RenderParameters& parameters, const Came
   }
   const PictureStyle& style = parameters.image.output.style;
   if (style.grain > 0) {
-    const auto seed = static_cast<std::int64_t>(style.grain_seed);
-    settings.push_back({"image", "grain_seed", seed + frame});
+    const std::uint64_t seed = style.grain_seed + static_cast<std::uint64_t>(frame);
+    settings.push_back({"image", "grain_seed",
+                        static_cast<std::int64_t>(seed % (PictureStyle::most_grain_seed + 1))});
   }
   for (const Parameter& parameter : parameters.section("animation").table()) {
     settings.push_back({"animation", parameter.name, std::monostate()});

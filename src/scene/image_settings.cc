@@ -70,7 +70,8 @@ BoundTable image_keys(ImageSettings& p) {
        "level of a picture's pixels without light, where white is 1"},
       {p.output.style.grain, "grain", "", Interval::closed(0, 0.5),
        "standard deviation of the noise of a picture's pixels without light, where white is 1"},
-      {p.output.style.grain_seed, "grain_seed", "", Interval::closed(0, 1e9),
+      {p.output.style.grain_seed, "grain_seed", "",
+       Interval::closed(0, PictureStyle::most_grain_seed),
        "seed of the noise; frames of a film add their number"}};
 }
 

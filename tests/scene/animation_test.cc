@@ -168,6 +168,9 @@ TEST(FrameParameters, HaveTheirOwnGrain) {
   const CameraPath path(film);
   EXPECT_EQ(frame_parameters(film, path, 0).image.output.style.grain_seed, 5U);
   EXPECT_EQ(frame_parameters(film, path, 6).image.output.style.grain_seed, 11U);
+  const RenderParameters last = parameters_of(
+      "[image]\ngrain = 0.01\ngrain_seed = 1000000000\n[animation]\nframes = 12\nfov = [20, 30]\n");
+  EXPECT_EQ(frame_parameters(last, path, 6).image.output.style.grain_seed, 5U);
   const RenderParameters plain = parameters_of("[image]\n" + text);
   EXPECT_EQ(frame_parameters(plain, path, 6).image.output.style.grain_seed, 5U);
 }

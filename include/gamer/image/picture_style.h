@@ -11,7 +11,9 @@ struct PictureStyle {
   double saturation = 1;         ///< 0 is grey, 1 keeps the colours
   double sky = 0;                ///< level of pixels without light
   double grain = 0;              ///< standard deviation of the noise of pixels without light
-  std::uint64_t grain_seed = 1;  ///< another number gives other noise
+  std::uint64_t grain_seed = 1;  ///< at most most_grain_seed; another number gives other noise
+
+  static constexpr std::uint64_t most_grain_seed = 1000000000;
 };
 
 }  // namespace gamer
