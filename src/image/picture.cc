@@ -257,7 +257,7 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
 template <class Take>
 void for_each_picture_row(const Image& channels, const PictureTone& tone, const PictureStyle& style,
                           Take take) {
-  const PictureColours colours(tone, style);
+  const PictureColours colours(tone, style, channels.planes());
   const auto width = static_cast<std::size_t>(channels.width());
   const auto planes = static_cast<std::size_t>(channels.planes());
   const std::uint64_t key = hash_words({style.grain_seed, hash_text(0, "grain of pictures")});
@@ -401,20 +401,28 @@ std::array<double, 3> PictureTone::colour(const std::array<double, 3>& rgb) cons
   return lupton_stretch(light(rgb), slope, scale);
 }
 
-PictureColours::PictureColours(const PictureTone& tone, const PictureStyle& style)
+PictureColours::PictureColours(const PictureTone& tone, const PictureStyle& style, int channels)
     : tone_(tone), saturation_(style.saturation) {
-  if (!(tone.slope > 0) || !(tone.scale > 0)) return;
+  if (!(tone.slope > 0) || !(tone.scale > 0)) {
+    // There is no light, and any stretch serves the sky.
+    tone_.factor = {0, 0, 0};
+    tone_.slope = tone_.scale = 1;
+  }
   if (style.brightness != 1) {
-    tone_.slope = style.brightness * tone.slope;
-    tone_.scale = 1 / std::asinh(style.brightness * std::sinh(1 / tone.scale));
+    const double white = std::sinh(1 / tone_.scale);
+    tone_.slope *= style.brightness;
+    tone_.scale = 1 / std::asinh(style.brightness * white);
   }
   const double stretched = std::sinh(style.sky / tone_.scale);
   sky_ = stretched / tone_.slope;
-  // A third of the variance of three channels changes the intensity, by the stretch's
-  // derivative. The rest changes colours, which the ratio of stretch and intensity multiplies.
+  // The noise of a single channel changes the intensity, by the stretch's derivative. So does a
+  // third of the variance of three channels. The rest changes colours, which the ratio of stretch
+  // and intensity multiplies.
   const double derivative = tone_.scale * tone_.slope / std::hypot(1.0, stretched);
   const double ratio = sky_ > 0 ? style.sky / sky_ : derivative;
-  grain_ = style.grain / std::sqrt((derivative * derivative + 2 * ratio * ratio) / 3);
+  const double colours = channels == 1 ? 0 : 2.0 / 3;
+  grain_ =
+      style.grain / std::sqrt((1 - colours) * derivative * derivative + colours * ratio * ratio);
 }
 
 std::array<double, 3> PictureColours::colour(const std::array<double, 3>& rgb,

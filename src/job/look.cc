@@ -61,6 +61,8 @@ center = [180, 0]
 constexpr double sky_radius = 200;     // of the galaxy's ball, arcsec
 constexpr double sky_magnitude = 9.9;  // AB
 constexpr double sky_distance = 10;    // Mpc
+// Limits of Background. Its magnitudes, of i, count as V here. Numbers and sizes are thus those of
+// objects of equal i, which are some tenths of a magnitude fainter in V.
 constexpr double faintest_galaxies = 22.5;
 constexpr double star_number = 1;  // arcmin^-2
 
@@ -98,14 +100,18 @@ std::string scene_list(const Look& look) {
                      std::cos(tilt), std::remainder(look.position_angle + 90, 360));
 }
 
-/// The scene list of a galaxy in the middle of a view of the sky, with stars and faint galaxies.
-std::string sky_list(const Look& look, const std::vector<std::string>& settings,
-                     Resources& resources) {
+/// Throws InputError where settings contradict a view of the sky.
+void check_sky(const std::vector<std::string>& settings) {
   for (const std::string_view key : {"camera.projection", "scene.solo"}) {
     if (chooses(settings, key)) {
       throw input_error({label, 0, 0}, "--sky shows a whole galaxy on the sky: leave out {}", key);
     }
   }
+}
+
+/// The scene list of a galaxy in the middle of a view of the sky, with stars and faint galaxies.
+std::string sky_list(const Look& look, const std::vector<std::string>& settings,
+                     Resources& resources) {
   JobRequest request;
   request.settings = settings;
   RenderParameters parameters = load_parameters(request, resources);
@@ -133,6 +139,7 @@ void add_look(const Look& look, const std::vector<std::string>& settings, Resour
   if (look.galaxy.find_first_of("\"\n\r") != std::string::npos) {
     throw InputError({label, 0, 0}, "a galaxy's name has no quotes and no line breaks");
   }
+  if (look.has_sky) check_sky(settings);
   resources.add({recorded_parameters, label, parameters_text(look, settings)});
   resources.add({recorded_scene, label,
                  look.has_sky ? sky_list(look, settings, resources) : scene_list(look)});

@@ -165,8 +165,8 @@ std::string background_list(const Background& background, const Camera& camera) 
   const double stars = view.area() * background.star_number;
   if (galaxies + stars > Background::most_objects) {
     throw input_error(
-        "gamer: the background would have {:.3g} objects, more than {:.0f}; --faintest sets the "
-        "limit of galaxies",
+        "gamer: the background would have {:.3g} objects, more than {:.0f}; a smaller view or "
+        "a brighter limit of galaxies has fewer",
         galaxies + stars, Background::most_objects);
   }
   std::string list =

@@ -63,16 +63,18 @@ BoundTable image_keys(ImageSettings& p) {
                          "eight numbers for the colours of a picture: black and factor of red, "
                          "green and blue, slope, scale; by default measured on the picture"),
       {p.output.style.brightness, "brightness", "", Interval::closed(0.01, 100),
-       "factor on a picture's light below white, which stays white"},
+       "factor on the slope of a picture's stretch; white stays white, and values above 1 show "
+       "fainter light"},
       {p.output.style.saturation, "saturation", "", Interval::closed(0, 10),
        "colours of a picture: 0 is grey, 1 keeps them, larger values strengthen them"},
       {p.output.style.sky, "sky", "", Interval::closed(0, 0.5),
        "level of a picture's pixels without light, where white is 1"},
       {p.output.style.grain, "grain", "", Interval::closed(0, 0.5),
-       "standard deviation of the noise of a picture's pixels without light, where white is 1"},
+       "standard deviation of the noise of a picture's pixels without light, where white is 1; "
+       "noise is cut off at black, which matters where `sky` is below three times `grain`"},
       {p.output.style.grain_seed, "grain_seed", "",
        Interval::closed(0, PictureStyle::most_grain_seed),
-       "seed of the noise; frames of a film add their number"}};
+       "seed of the noise; frame n of a film has grain_seed + n - 1"}};
 }
 
 BoundTable truth_keys(TruthSettings& p) {

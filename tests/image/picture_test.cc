@@ -559,11 +559,11 @@ PictureTone white_one(double slope) {
 TEST(PictureColours, ThePlainStyleIsTheTone) {
   const PictureTone tone = white_one(10);
   const Colour light = {0.3, 0.1, 0.02};
-  EXPECT_EQ(PictureColours(tone, {}).colour(light, {1, 2, 3}), tone.colour(light));
+  EXPECT_EQ(PictureColours(tone, {}, 3).colour(light, {1, 2, 3}), tone.colour(light));
 }
 
 TEST(PictureColours, BrightnessKeepsWhite) {
-  const PictureColours colours(white_one(10), {.brightness = 3});
+  const PictureColours colours(white_one(10), {.brightness = 3}, 3);
   for (const double light : {0.01, 0.1, 1.0}) {
     for (const double channel : colours.colour({light, light, light}, no_noise)) {
       EXPECT_NEAR(channel, std::asinh(30 * light) / std::asinh(30.0), 1e-12);
@@ -575,7 +575,7 @@ TEST(PictureColours, SaturationStretchesTheDistanceFromGrey) {
   const PictureTone tone = white_one(10);
   const Colour light = {0.3, 0.2, 0.1};
   const auto with = [&](double saturation) {
-    return PictureColours(tone, {.saturation = saturation}).colour(light, no_noise);
+    return PictureColours(tone, {.saturation = saturation}, 3).colour(light, no_noise);
   };
   const double grey = tone.colour({0.2, 0.2, 0.2})[0];
   for (const double saturation : {0.0, 0.5, 1.5}) {
@@ -601,38 +601,63 @@ std::array<double, 2> mean_and_deviation(const ReadPng& png, int first, int last
   return {sum / count, std::sqrt(squares / count - sum * sum / count / count)};
 }
 
-// The left half has no light, the right half has light of the level 0.5.
-TEST(PictureWriter, SkyAndGrain) {
+/// A picture of 256 x 256 pixels in planes of these wavelengths. The left half has no light, the
+/// right half has light of the level 0.5, or none if `is_lit` is false.
+ReadPng halves(const PictureStyle& style, const std::vector<double>& wavelengths,
+               bool is_lit = true) {
   constexpr int size = 256;
-  constexpr double sky = 0.2, grain = 0.02;
   const PictureTone tone = white_one(50);
-  const double light = std::sinh(0.5 / tone.scale) / tone.slope;
+  const double light = is_lit ? std::sinh(0.5 / tone.scale) / tone.slope : 0;
   TemporaryFolder folder;
-  const auto picture = [&](const char* name, std::uint64_t seed) {
-    OutputOptions options{folder / name};
-    options.tone = tone.numbers();
-    options.style = {.sky = sky, .grain = grain, .grain_seed = seed};
-    const auto writer = make_picture_writer(options, test_header(size, size, some_wavelengths));
-    std::vector<double> row(std::size_t{3} * size, 0.0);
-    for (std::size_t i = 0; i < row.size(); ++i) row[i] = i % size < size / 2 ? 0 : light;
-    for (int y = 0; y < size; ++y) writer->write_rows(y, 1, row);
-    writer->finish();
-    return read_png(options.path);
-  };
-  const ReadPng png = picture("a.png", 1);
-  // Five standard errors of 32768 pixels.
-  const double error = 5 * grain / std::sqrt(size * size / 2);
-  for (int channel = 0; channel < 3; ++channel) {
-    const auto [dark, dark_grain] = mean_and_deviation(png, 0, size / 2, channel);
-    EXPECT_NEAR(dark, sky, error);
-    EXPECT_NEAR(dark_grain / grain, 1, 0.01);
-    const auto [bright, bright_grain] = mean_and_deviation(png, size / 2, size, channel);
-    EXPECT_GT(bright, 0.5);
-    EXPECT_LT(bright_grain, 0.6 * dark_grain);
+  OutputOptions options{folder / "a.png"};
+  if (is_lit) options.tone = tone.numbers();
+  options.style = style;
+  const auto writer = make_picture_writer(options, test_header(size, size, wavelengths));
+  std::vector<double> row(wavelengths.size() * size, 0.0);
+  for (std::size_t i = 0; i < row.size(); ++i) row[i] = i % size < size / 2 ? 0 : light;
+  for (int y = 0; y < size; ++y) writer->write_rows(y, 1, row);
+  writer->finish();
+  return read_png(options.path);
+}
+
+// Five standard errors of 32768 pixels.
+constexpr double five_errors = 5 / 181.0;
+
+TEST(PictureWriter, SkyAndGrain) {
+  constexpr double sky = 0.2, grain = 0.005;
+  for (const std::vector<double>& wavelengths : {some_wavelengths, {5500}}) {
+    const ReadPng png = halves({.sky = sky, .grain = grain}, wavelengths);
+    for (int channel = 0; channel < 3; ++channel) {
+      const auto [dark, dark_grain] = mean_and_deviation(png, 0, png.width / 2, channel);
+      EXPECT_NEAR(dark, sky, five_errors * grain);
+      EXPECT_NEAR(dark_grain / grain, 1, 0.01);
+      const auto [bright, bright_grain] =
+          mean_and_deviation(png, png.width / 2, png.width, channel);
+      EXPECT_GT(bright, 0.5);
+      EXPECT_LT(bright_grain, 0.6 * dark_grain);
+    }
+    EXPECT_EQ(png.at(3, 3, 0) == png.at(3, 3, 1), wavelengths.size() == 1);
+    const auto seeded = [&](std::uint64_t seed) {
+      return halves({.sky = sky, .grain = grain, .grain_seed = seed}, wavelengths).at(3, 3, 0);
+    };
+    EXPECT_EQ(png.at(3, 3, 0), seeded(1));
+    EXPECT_NE(png.at(3, 3, 0), seeded(2));
   }
-  EXPECT_NE(png.at(3, 3, 0), png.at(3, 3, 1));
-  EXPECT_NE(png.at(3, 3, 0), picture("b.png", 2).at(3, 3, 0));
-  EXPECT_EQ(png.at(3, 3, 0), picture("c.png", 1).at(3, 3, 0));
+}
+
+TEST(PictureWriter, SkyAndGrainOfAPictureWithoutLight) {
+  const ReadPng png = halves({.brightness = 2, .sky = 0.1, .grain = 0.01}, some_wavelengths, false);
+  const auto [mean, deviation] = mean_and_deviation(png, 0, png.width, 1);
+  EXPECT_NEAR(mean, 0.1, five_errors * 0.01);
+  EXPECT_NEAR(deviation / 0.01, 1, 0.01);
+}
+
+// The positive half of a normal distribution has the standard deviation sqrt(1/2 - 1/(2 pi)).
+TEST(PictureWriter, GrainWithoutSkyIsCutOffAtBlack) {
+  const ReadPng png = halves({.grain = 0.001}, {5500});
+  const auto [mean, deviation] = mean_and_deviation(png, 0, png.width / 2, 0);
+  EXPECT_NEAR(mean / 0.001, 1 / std::sqrt(2 * M_PI), five_errors);
+  EXPECT_NEAR(deviation / 0.001, std::sqrt(0.5 - 0.5 / M_PI), 0.01);
 }
 
 // ---- The renderer's writer ---------------------------------------------------------------------

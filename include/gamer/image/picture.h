@@ -121,19 +121,22 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
 
 /// Colours of pixels by a tone and a style.
 ///
-/// *Brightness* b. The stretch of the tone, scale asinh(slope I), is 1 at the light sinh(1/scale)/
-/// slope, which stays white: slope b and 1/asinh(b sinh(1/scale)) replace slope and scale.
+/// *Brightness* b is a factor on the slope of the tone's stretch, scale asinh(slope I). The light
+/// sinh(1/scale)/slope stays white: 1/asinh(b sinh(1/scale)) replaces the scale. A stretch that is
+/// nearly linear changes little.
 ///
 /// *Saturation* s. A channel c of a pixel of intensity I becomes I + s (c - I), at least 0.
 ///
 /// *Sky and grain.* All channels then get the light whose stretch is the level `sky`, and noise.
-/// The noise is normal, independent in each channel and pixel, and has the standard deviation
-/// `grain` in a picture of the sky alone. It is light too, so that bright parts have less grain.
+/// The noise is normal, independent in each of the `channels` (1 or 3) and in each pixel. It has
+/// the standard deviation `grain` in a picture of the sky alone, but light below 0 counts as 0. It
+/// is light too, so that bright parts have less grain.
 class PictureColours {
  public:
-  PictureColours(const PictureTone& tone, const PictureStyle& style);
+  PictureColours(const PictureTone& tone, const PictureStyle& style, int channels);
 
-  /// The colour of pixels with this noise, normal of mean 0 and sigma 1.
+  /// The colour of a pixel with this noise, normal of mean 0 and sigma 1. The three values of a
+  /// single channel are equal.
   std::array<double, 3> colour(const std::array<double, 3>& rgb,
                                const std::array<double, 3>& noise) const;
 

@@ -7,7 +7,7 @@ namespace gamer {
 /// What a picture has besides the stretch of its tone (PictureTone). Levels are those of the
 /// finished picture, where white is 1.
 struct PictureStyle {
-  double brightness = 1;         ///< factor on the light; white stays white
+  double brightness = 1;         ///< factor on the stretch's slope; white stays white
   double saturation = 1;         ///< 0 is grey, 1 keeps the colours
   double sky = 0;                ///< level of pixels without light
   double grain = 0;              ///< standard deviation of the noise of pixels without light

@@ -30,6 +30,7 @@ fov = [50, 40, 90]
 
 NAMES = [f"film_{number:04}.fits" for number in range(1, FRAMES + 1)]
 ARGUMENTS = ("film.par", "scene.lst", "-q")
+GRAIN = ("-s", "image.sky=0.1", "-s", "image.grain=0.02")
 
 
 class FilmFolder(Folder):
@@ -139,11 +140,11 @@ class Film(unittest.TestCase):
 
     def test_pictures_have_one_tone(self):
         with FilmFolder() as folder:
-            folder.film("-o", "film.png", "-j", "2")
+            folder.film("-o", "film.png", "-j", "2", *GRAIN)
             pictures = folder.content()
         for ranks in RANKS[1:]:
             with FilmFolder() as folder:
-                folder.film("-o", "film.png", ranks=ranks)
+                folder.film("-o", "film.png", *GRAIN, ranks=ranks)
                 for number in range(1, FRAMES + 1):
                     name = f"film_{number:04}.png"
                     self.assertEqual(folder.content()[name], pictures[name])
@@ -168,7 +169,7 @@ class Film(unittest.TestCase):
 
     def test_a_picture_is_made_again_from_its_record(self):
         with FilmFolder() as folder:
-            pictures = folder.film("-o", "film.png")
+            pictures = folder.film("-o", "film.png", *GRAIN)
             done = folder.run("--from-header", "film_0003.png", "-q", "--overwrite")
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertEqual(folder.content()["film_0003.png"], pictures["film_0003.png"])

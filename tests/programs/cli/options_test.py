@@ -108,7 +108,7 @@ class Tells(unittest.TestCase):
             with fits.open(folder.path / "small.fits") as hdus:
                 scene, flux = hdus["SCENE"].data, hdus[0].data[1].sum()
             stars = int((scene["galaxy"] == "star").sum())
-            # Any size of the picture shows these objects. Their numbers are Poisson variates.
+            # Any size of a square picture shows these objects. Their numbers are Poisson variates.
             self.assertIn(f" {len(scene) - stars} galaxies, {stars} stars", objects[0])
             area = (400 / 60) ** 2
             counts = 46 / 10 ** (0.31 * 25) * (10 ** (0.31 * 22.5) - 10 ** (0.31 * 18))
@@ -117,7 +117,7 @@ class Tells(unittest.TestCase):
             # The galaxy of magnitude 9.9 outshines the others by far.
             self.assertLess(abs(31.4 - 2.5 * math.log10(flux) - 9.9), 0.1)
             self.assertEqual(list(scene["size_arcsec"][scene["galaxy"] == "elliptical"])[-1], 200)
-            for arguments in (["--solo", "bulge1"], ["-s", 'camera.projection="sky"']):
+            for arguments in (["--solo", "bulge1"], ["-s", 'camera.projection="orthographic"']):
                 result = folder.run("look", "elliptical", "--sky", *arguments)
                 self.assertEqual(result.returncode, 2)
                 self.assertTrue(result.stderr.startswith("gamer look: --sky shows a whole galaxy"), result.stderr)
