@@ -23,8 +23,8 @@ struct Look {
 /// is 9.9. Its name chooses the stars and faint galaxies (background_list()). The settings may give
 /// the scale of the pixels, such that another part of the sky is seen.
 ///
-/// Throws InputError for a name that no scene list can hold. Other errors are, with a sky,
-/// settings that choose one component or another projection, and wrong settings.
+/// Throws InputError for a name that no scene list can hold. With a sky other errors are settings
+/// that choose one component or another projection, wrong settings, and a view of too many objects.
 void add_look(const Look& look, const std::vector<std::string>& settings, Resources& resources);
 
 }  // namespace gamer
