@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "gamer/core/random.h"
-#include "processing/convolution.h"
-#include "processing/psf.h"
+#include "image/convolution/convolution.h"
+#include "image/convolution/psf.h"
 
 namespace gamer {
 namespace {

@@ -16,6 +16,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOOLS = pathlib.Path(os.environ.get("GAMER_BIN", ROOT / "build/release")).resolve()
 WORK = ROOT / "build/figures"
+STYLE = ("--brightness", 1.2, "--contrast", 3, "--saturation", 1.3)  # of gamer look
 PIXELS = 150  # of a galaxy's part of the image, on each side
 ROOM = 2.0    # of a galaxy's part, galaxy radii
 
@@ -113,7 +114,7 @@ class Figure:
         (WORK / f"{self.name}.lst").write_text(self.scene())
         image = f"{self.name}.fits"
         run(TOOLS / "gamer", f"{self.name}.par", f"{self.name}.lst", "-o", image, "--overwrite", "-q")
-        run(TOOLS / "gutil", "rgb", "--method", "auto", "--bits", 8, image,
+        run(TOOLS / "gutil", "rgb", "--method", "auto", *STYLE, "--bits", 8, image,
             ROOT / f"docs/images/gallery_{self.name}.png", "--overwrite")
 
     def part(self, n):
@@ -351,7 +352,7 @@ This page shows what the keys of a galaxy do, after the figures of Groeneboom & 
 measures on the images. `scripts/figures.sh` makes the page and its pictures. Each figure is one render,
 
     gamer build/figures/NAME.par build/figures/NAME.lst -o NAME.fits
-    gutil rgb --method auto --bits 8 NAME.fits NAME.png
+    gutil rgb --method auto --brightness 1.2 --contrast 3 --saturation 1.3 --bits 8 NAME.fits NAME.png
 
 of galaxies side by side that differ in their column `overrides` ([galaxies.md](galaxies.md)). A second run gives
 identical files.

@@ -165,7 +165,7 @@ void check_memory(const OutputOptions& options, const ImageHeader& header, Image
   if (!is_fits(suffix)) {
     const auto [width, height] = picture_extent(header);
     const std::uint64_t needed =
-        picture_memory(width, height, static_cast<int>(header.labels.size()));
+        picture_memory(width, height, static_cast<int>(header.labels.size()), options.style);
     if (needed > available) {
       refuse(options, fmt::format("a picture of {} x {} pixels needs {} of memory, {} is "
                                   "available; FITS files are written row by row and need little",

@@ -9,6 +9,7 @@
 #include "gamer/core/random.h"
 #include "gamer/core/random_variate.h"
 #include "gamer/image/png_table.h"
+#include "image/picture_psf.h"
 #include "image/picture_size.h"
 #include "image/write_file.h"
 
@@ -330,6 +331,7 @@ class PictureWriter final : public ImageWriter {
     options.format = picture_format(options.name).value_or(PictureFormat::png);
     options.overwrite = options_.overwrite;
     options.tables = std::move(tables_);
+    if (options_.style.seeing > 0) blur(channels_, picture_psf(options_.style));
     PictureFile file(options, channels_.width(), channels_.height());
     for_each_picture_row(channels_, tone, options_.style,
                          [&](std::span<const std::uint16_t> row) { file.write_row(row); });
@@ -360,25 +362,14 @@ std::pair<int, int> picture_extent(const ImageHeader& header) {
   return {columns * header.width, rows * height};
 }
 
-std::uint64_t picture_memory(int width, int height, int planes) {
-  const std::uint64_t channels = planes == 1 ? 1 : 3;
+std::uint64_t picture_memory(int width, int height, int planes, const PictureStyle& style) {
+  // A channel is copied while it is blurred.
+  const std::uint64_t channels = (planes == 1 ? 1 : 3) + (style.seeing > 0 ? 1 : 0);
   // Bytes per sampled pixel: values and differences of each channel, and copies for quantiles.
   constexpr std::uint64_t per_sample = 10 * sizeof(double);
   return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * channels *
              sizeof(double) +
          most_samples * per_sample;
-}
-
-std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double slope, double scale) {
-  const double intensity = (rgb[0] + rgb[1] + rgb[2]) / 3;
-  if (!(intensity > 0)) return {0, 0, 0};
-  const double factor = scale * std::asinh(slope * intensity) / intensity;
-  std::array<double, 3> stretched = {rgb[0] * factor, rgb[1] * factor, rgb[2] * factor};
-  const double largest = *std::ranges::max_element(stretched);
-  if (largest > 1) {
-    for (double& channel : stretched) channel /= largest;
-  }
-  return stretched;
 }
 
 std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
@@ -389,53 +380,6 @@ std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
     channels.push_back(std::make_shared<MixedPlane>(planes, std::move(weights)));
   }
   return channels;
-}
-
-std::array<double, 3> PictureTone::light(const std::array<double, 3>& rgb) const {
-  std::array<double, 3> light;
-  for (std::size_t c = 0; c < 3; ++c) light[c] = std::max(rgb[c] - black[c], 0.0) * factor[c];
-  return light;
-}
-
-std::array<double, 3> PictureTone::colour(const std::array<double, 3>& rgb) const {
-  return lupton_stretch(light(rgb), slope, scale);
-}
-
-PictureColours::PictureColours(const PictureTone& tone, const PictureStyle& style, int channels)
-    : tone_(tone), saturation_(style.saturation) {
-  if (!(tone.slope > 0) || !(tone.scale > 0)) {
-    // There is no light, and any stretch serves the sky.
-    tone_.factor = {0, 0, 0};
-    tone_.slope = tone_.scale = 1;
-  }
-  if (style.brightness != 1) {
-    const double white = std::sinh(1 / tone_.scale);
-    tone_.slope *= style.brightness;
-    tone_.scale = 1 / std::asinh(style.brightness * white);
-  }
-  const double stretched = std::sinh(style.sky / tone_.scale);
-  sky_ = stretched / tone_.slope;
-  // The noise of a single channel changes the intensity, by the stretch's derivative. So does a
-  // third of the variance of three channels. The rest changes colours, which the ratio of stretch
-  // and intensity multiplies.
-  const double derivative = tone_.scale * tone_.slope / std::hypot(1.0, stretched);
-  const double ratio = sky_ > 0 ? style.sky / sky_ : derivative;
-  const double colours = channels == 1 ? 0 : 2.0 / 3;
-  grain_ =
-      style.grain / std::sqrt((1 - colours) * derivative * derivative + colours * ratio * ratio);
-}
-
-std::array<double, 3> PictureColours::colour(const std::array<double, 3>& rgb,
-                                             const std::array<double, 3>& noise) const {
-  std::array<double, 3> light = tone_.light(rgb);
-  const double intensity = (light[0] + light[1] + light[2]) / 3;
-  for (std::size_t c = 0; c < 3; ++c) {
-    if (saturation_ != 1) {
-      light[c] = std::max(intensity + saturation_ * (light[c] - intensity), 0.0);
-    }
-    light[c] = std::max(light[c] + sky_ + grain_ * noise[c], 0.0);
-  }
-  return lupton_stretch(light, tone_.slope, tone_.scale);
 }
 
 PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
@@ -487,15 +431,6 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
 std::uint16_t to_16_bits(double value) {
   if (std::isnan(value)) return 0;
   return static_cast<std::uint16_t>(std::lround(65535 * std::clamp(value, 0.0, 1.0)));
-}
-
-std::array<double, 8> PictureTone::numbers() const {
-  return {black[0], black[1], black[2], factor[0], factor[1], factor[2], slope, scale};
-}
-
-PictureTone PictureTone::of_numbers(const std::array<double, 8>& numbers) {
-  const auto& n = numbers;
-  return {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, n[6], n[7]};
 }
 
 std::vector<double> picture_white(const PictureTone& tone, int planes,

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "gamer/image/image.h"
+#include "gamer/image/picture_style.h"
 
 namespace gamer {
 
@@ -16,6 +17,6 @@ std::uint64_t bmp_bytes(int width, int height);
 std::pair<int, int> picture_extent(const ImageHeader& header);
 
 /// Memory that a picture's writer takes from the first row to the finished file, bytes.
-std::uint64_t picture_memory(int width, int height, int planes);
+std::uint64_t picture_memory(int width, int height, int planes, const PictureStyle& style);
 
 }  // namespace gamer

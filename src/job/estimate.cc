@@ -206,7 +206,9 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   const std::uint64_t pending =
       std::min<std::uint64_t>(Journal::most_pending, of_rows(renderer.height()));
   const std::uint64_t picture =
-      is_fits ? 0 : picture_memory(renderer.width(), renderer.height(), renderer.planes());
+      is_fits ? 0
+              : picture_memory(renderer.width(), renderer.height(), renderer.planes(),
+                               job.parameters.image.output.style);
   estimate.memory = std::max(peak_memory(), working + pending + picture);
   return estimate;
 }

@@ -21,20 +21,22 @@ namespace {
 
 constexpr const char* label = "gamer look";
 
+// Photographs of galaxies, too, let the nucleus become white, to show the disk with its contrast.
 constexpr const char* picture = R"([sampling]
 tolerance = 0.01
 [image]
 size = [640, 640]
 output = {}
+brightness = 1.2
+contrast = 3
+saturation = 1.3
 )";
 
-// As in photographs of galaxies, whose faint parts are made brighter.
-constexpr const char* style_of_sky = R"(brightness = 1.7
-saturation = 1.2
+constexpr const char* style_of_sky = R"(seeing = 1.5
 sky = 0.03
 grain = 0.01
 [stars]
-spikes = 0.08
+spikes = 0.06
 )";
 
 // Blue, green, and red with H alpha, unless the user chooses planes.
@@ -63,7 +65,7 @@ constexpr double sky_magnitude = 9.9;  // AB
 constexpr double sky_distance = 10;    // Mpc
 // Limits of Background. Its magnitudes, of i, count as V here. Numbers and sizes are thus those of
 // objects of equal i, which are some tenths of a magnitude fainter in V.
-constexpr double faintest_galaxies = 22.5;
+constexpr double faintest_galaxies = 22;
 constexpr double star_number = 1;  // arcmin^-2
 
 bool chooses(const std::vector<std::string>& settings, std::string_view key) {

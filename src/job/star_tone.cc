@@ -115,7 +115,8 @@ std::vector<SampledRow> choose_sample(const RenderJob& job) {
 }  // namespace
 
 bool measures_star_tone(const RenderParameters& parameters, const Scene& scene) {
-  return parameters.draws_star_discs() && !parameters.stars.white_point &&
+  const bool has_white = parameters.draws_star_discs() && !parameters.stars.white_point;
+  return (has_white || parameters.image.output.style.seeing > 0) &&
          scene.unit != PixelUnit::magnitude &&
          (!scene.stars.empty() || std::ranges::any_of(scene.galaxies, &PlacedGalaxy::draws_stars));
 }

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "gamer/core/bound_parameter.h"
-#include "processing/convolution.h"
+#include "image/convolution/convolution.h"
+#include "image/convolution/psf.h"
 #include "processing/operation_groups.h"
 #include "processing/plane_operation.h"
-#include "processing/psf.h"
 #include "processing/psf_options.h"
 #include "processing/varying_convolution.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "gamer/core/random.h"
-#include "processing/convolution.h"
+#include "image/convolution/convolution.h"
 #include "processing/detector.h"
 #include "processing/geometry.h"
 #include "processing/injection.h"

@@ -9,8 +9,8 @@
 
 #include "core/message.h"
 #include "core/no_value.h"
+#include "image/convolution/fftw_planner.h"
 #include "image/memory.h"
-#include "processing/fftw_planner.h"
 
 namespace gamer {
 namespace {

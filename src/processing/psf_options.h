@@ -9,9 +9,9 @@
 
 #include "gamer/image/fits/fits_stream.h"
 #include "gamer/image/wcs.h"
+#include "image/convolution/psf.h"
 #include "processing/instrument_option.h"
 #include "processing/plane_operation.h"
-#include "processing/psf.h"
 #include "processing/psfex.h"
 
 namespace gamer {

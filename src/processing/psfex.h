@@ -6,7 +6,7 @@
 
 #include "gamer/image/fits/psfex_file.h"
 #include "gamer/image/wcs.h"
-#include "processing/psf.h"
+#include "image/convolution/psf.h"
 
 namespace gamer {
 

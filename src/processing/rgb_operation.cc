@@ -119,7 +119,9 @@ void check_method_options(const OperationCall& call) {
       {"percentiles", {"stiff", "plain"}},
       {"gamma", {"stiff", "plain"}},
       {"luminance_gamma", {"stiff"}},
-      {"saturation", {"stiff"}}};
+      {"saturation", {"stiff", "auto"}},
+      {"brightness", {"auto"}},
+      {"contrast", {"auto"}}};
   const std::string& method = call.parameters.text("method");
   for (const auto& [name, known] : methods) {
     if (!call.parameters.is_given(name)) continue;
@@ -234,7 +236,12 @@ Colours choose_colours(const OperationCall& call, std::span<const PlanePtr> chan
     return {tone, ByteRounding::nearest, limits_text(tone.limits)};
   }
   const PictureTone tone = automatic_tone(channels, call.threads, {}, {}, factors);
-  return {[tone](const Rgb& rgb) { return tone.colour(rgb); }, ByteRounding::nearest, ""};
+  const PictureColours colours(tone,
+                               {.brightness = parameters.number("brightness"),
+                                .contrast = parameters.number("contrast"),
+                                .saturation = parameters.number("saturation")},
+                               static_cast<int>(channels.size()));
+  return {[colours](const Rgb& rgb) { return colours.colour(rgb, {}); }, ByteRounding::nearest, ""};
 }
 
 PictureFileOptions picture_options(const OperationCall& call) {
@@ -278,6 +285,10 @@ int make_rgb(const OperationCall& call) {
   return 0;
 }
 
+Interval style_factors() {
+  return Interval::closed(PictureStyle::least_factor, PictureStyle::most_factor);
+}
+
 ParameterTable rgb_parameters() {
   constexpr double largest_q = 1e10;
   return {
@@ -306,7 +317,13 @@ ParameterTable rgb_parameters() {
       Parameter::number("luminance_gamma", "", Interval::positive(), 1.0,
                         "stiff: further gamma of the luminance alone"),
       Parameter::number("saturation", "", Interval::at_least(0), 1.0,
-                        "stiff: 0 is grey, 1 keeps the colours, larger values strengthen them"),
+                        "stiff, auto: 0 is grey, 1 keeps the colours, larger values strengthen "
+                        "them"),
+      Parameter::number("brightness", "", style_factors(), 1.0,
+                        "auto: factor on the slope of the stretch; white stays white"),
+      Parameter::number("contrast", "", style_factors(), 1.0,
+                        "auto: divides the slope of the stretch; the level 0.28 stays, and the "
+                        "brightest parts become white"),
       Parameter::choice("bits", {"8", "16"}, std::nullopt,
                         "bits per channel of a PNG (default 16); a BMP has 8"),
   };
@@ -334,7 +351,10 @@ Operation rgb_operation() {
           "per unit wavelength.\nstiff (Bertin 2012): x = (c - minimum)/(maximum - minimum), Y = "
           "mean x, c' = (Y + saturation (x - Y)) Y^(1/luminance-gamma - 1), and the channel is "
           "c'^(1/gamma).\nplain: x^(1/gamma), each channel on its own.\nauto: any number of "
-          "planes, as the renderer makes its pictures.\nThe PNG's text 'Comment' names the values "
+          "planes, as the renderer makes its pictures; --brightness, --contrast and --saturation "
+          "are "
+          "image.brightness, image.contrast and image.saturation of its parameters.\nThe PNG's "
+          "text 'Comment' names the values "
           "that were used.",
       .least_inputs = 1,
       .most_inputs = 3,

@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "gamer/image/plane.h"
-#include "processing/convolution.h"
+#include "image/convolution/convolution.h"
 #include "processing/psfex.h"
 
 namespace gamer {

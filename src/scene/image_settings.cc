@@ -31,6 +31,10 @@ std::optional<ImageRegion> read_region(const ParameterSet& values) {
                      static_cast<int>(numbers[2]), static_cast<int>(numbers[3])};
 }
 
+Interval style_factors() {
+  return Interval::closed(PictureStyle::least_factor, PictureStyle::most_factor);
+}
+
 BoundTable image_keys(ImageSettings& p) {
   return {
       Parameter::size2("size", "pixels", Interval::closed(1, largest_image_side), 512,
@@ -62,11 +66,18 @@ BoundTable image_keys(ImageSettings& p) {
       Parameter::numbers("tone", "", Interval::any(), std::nullopt,
                          "eight numbers for the colours of a picture: black and factor of red, "
                          "green and blue, slope, scale; by default measured on the picture"),
-      {p.output.style.brightness, "brightness", "", Interval::closed(0.01, 100),
+      {p.output.style.brightness, "brightness", "", style_factors(),
        "factor on the slope of a picture's stretch; white stays white, and values above 1 show "
        "fainter light"},
+      {p.output.style.contrast, "contrast", "", style_factors(),
+       "divides the slope of a picture's stretch; the level 0.28 stays, and with values above 1 "
+       "the "
+       "brightest parts are overexposed, and become white"},
       {p.output.style.saturation, "saturation", "", Interval::closed(0, 10),
        "colours of a picture: 0 is grey, 1 keeps them, larger values strengthen them"},
+      {p.output.style.seeing, "seeing", "", Interval::closed(0, 32),
+       "width of a point in a picture (FWHM of a Moffat profile), pixels, as a telescope shows it; "
+       "stars then have no discs, and light above white becomes white; 0: pixels as they are"},
       {p.output.style.sky, "sky", "", Interval::closed(0, 0.5),
        "level of a picture's pixels without light, where white is 1"},
       {p.output.style.grain, "grain", "", Interval::closed(0, 0.5),

@@ -98,6 +98,17 @@ void check_region(const RenderParameters& parameters) {
                     parameters.section("camera").text("projection"));
 }
 
+/// Throws InputError for seeing in a view whose neighbouring pixels may be far apart on the sky.
+void check_seeing(const RenderParameters& parameters) {
+  const Projection projection = parameters.camera.projection;
+  if (parameters.image.output.style.seeing == 0 || !is_sphere(projection)) return;
+  if (projection == Projection::fisheye) return;
+  throw input_error(parameters.section("image").where("seeing"),
+                    "seeing belongs to camera.projection = \"perspective\", \"orthographic\", "
+                    "\"sky\" or \"fisheye\", but projection is \"{}\"",
+                    parameters.section("camera").text("projection"));
+}
+
 bool is_picture(const RenderParameters& parameters) {
   const std::optional<ImageSuffix> suffix = image_suffix(parameters.image.output.path);
   return suffix == ImageSuffix::png || suffix == ImageSuffix::bmp;
@@ -271,7 +282,8 @@ bool RenderParameters::applies(std::string_view section_name, std::string_view k
 }
 
 bool RenderParameters::draws_star_discs() const {
-  return stars.discs.value_or(is_picture(*this) || stars.white_point);
+  const bool is_sharp_picture = is_picture(*this) && image.output.style.seeing == 0;
+  return stars.discs.value_or(is_sharp_picture || stars.white_point);
 }
 
 std::string RenderParameters::toml() const {
@@ -296,6 +308,7 @@ void RenderParameters::resolve() {
   image = ImageSettings::read(section("image"));
   image.output.overwrite = overwrite;
   check_region(*this);
+  check_seeing(*this);
   spectrum = SpectrumSettings::read(section("spectrum"));
   photometry = PhotometrySettings::read(section("photometry"));
   check_electrons(*this);
@@ -305,6 +318,8 @@ void RenderParameters::resolve() {
   const auto tone = stars.tone;  // Measured, not read.
   stars = StarSettings::read(section("stars"));
   stars.tone = tone;
+  image.output.style.spikes = stars.spikes;
+  if (!is_picture(*this)) image.output.style.seeing = 0;
   if (stars.field.number > 0 && camera.projection != Projection::sky) {
     throw InputError(stars.field.number_where,
                      "stars.number belongs to camera.projection = \"sky\": the other views have no "

@@ -42,7 +42,7 @@ BoundTable star_keys(StarSettings& p) {
       {p.discs, "discs",
        "draw stars whose pixel would be brighter than the white point as white "
        "discs of that brightness, in a halo of their colour; by default true "
-       "for pictures (.png, .bmp) and with white_point"},
+       "for pictures (.png, .bmp) without image.seeing, and with white_point"},
       {p.white_point, "white_point", "", Interval::positive(),
        "brightness of the discs in the image's unit; by default the white of the "
        "picture that the image makes"},
@@ -52,7 +52,8 @@ BoundTable star_keys(StarSettings& p) {
        "about the share of a bright star's light beyond the radius of its white "
        "core; the halo falls with the distance d as d^(-2/halo), and 0 is a disc"},
       {p.spikes, "spikes", "", Interval::right_open(0, 1),
-       "share of a bright star's light in four diffraction spikes"},
+       "share of a bright star's light in four diffraction spikes; with image.seeing that of all "
+       "light"},
       {p.table, "table",
        "add table STARS to a FITS image: places, magnitudes, distances and "
        "optical depths of the stars of star fields that it draws"}};

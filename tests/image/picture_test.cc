@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <string>
 #include <vector>
 
 #include "gamer/core/error.h"
 #include "image/image_test_util.h"
+#include "image/picture_psf.h"
 #include "image/read_png.h"
 
 namespace gamer {
@@ -587,6 +589,37 @@ TEST(PictureColours, SaturationStretchesTheDistanceFromGrey) {
   EXPECT_EQ(with(10)[2], 0);
 }
 
+TEST(PictureColours, ContrastKeepsItsLevelAndEndsInWhite) {
+  const PictureTone tone = white_one(50);
+  const double level_light = std::sinh(0.28 / tone.scale) / 50;
+  for (const double contrast : {0.5, 3.0}) {
+    const PictureColours colours(tone, {.contrast = contrast}, 3);
+    const double slope = 50 / contrast;
+    const double scale = 0.28 / std::asinh(slope * level_light);
+    for (const double light : {0.1 * level_light, level_light, 3 * level_light, 1.0, 30.0}) {
+      const double level = scale * std::asinh(slope * light);
+      const double shown = contrast < 1  ? std::min(level, 1.0)
+                           : level < 0.7 ? level
+                                         : 1 - 0.3 * std::exp(-(level - 0.7) / 0.3);
+      EXPECT_NEAR(colours.colour({light, light, light}, no_noise)[0], shown, 1e-12);
+    }
+  }
+}
+
+// A bright red star: each of its channels comes to white, where the plain style keeps the hue.
+TEST(PictureColours, SeeingTurnsBrightLightWhite) {
+  const PictureTone tone = white_one(50);
+  const Colour star = {30, 15, 5};
+  EXPECT_NEAR(PictureColours(tone, {}, 3).colour(star, no_noise)[2], 5.0 / 30, 1e-12);
+  const Colour seen = PictureColours(tone, {.seeing = 2}, 3).colour(star, no_noise);
+  const double level = tone.scale * std::asinh(50 * 50.0 / 3) / (50.0 / 3);
+  for (int c = 0; c < 3; ++c) {
+    const double channel = level * star[c];
+    EXPECT_NEAR(seen[c], channel < 0.7 ? channel : 1 - 0.3 * std::exp((0.7 - channel) / 0.3),
+                1e-12);
+  }
+}
+
 /// The mean and the deviation of columns [first, last) of a channel.
 std::array<double, 2> mean_and_deviation(const ReadPng& png, int first, int last, int channel) {
   double sum = 0, squares = 0;
@@ -658,6 +691,59 @@ TEST(PictureWriter, GrainWithoutSkyIsCutOffAtBlack) {
   const auto [mean, deviation] = mean_and_deviation(png, 0, png.width / 2, 0);
   EXPECT_NEAR(mean / 0.001, 1 / std::sqrt(2 * M_PI), five_errors);
   EXPECT_NEAR(deviation / 0.001, std::sqrt(0.5 - 0.5 / M_PI), 0.01);
+}
+
+// A stretch that is nearly linear shows the stamp of a point.
+TEST(PictureWriter, SeeingShowsPointsAsTheStamp) {
+  constexpr int size = 101;
+  PictureTone tone;
+  tone.slope = 1e-3;
+  tone.scale = 1e3;
+  TemporaryFolder folder;
+  OutputOptions options{folder / "a.png"};
+  options.tone = tone.numbers();
+  options.style = {.seeing = 1.8, .spikes = 0.3};
+  const auto writer = make_picture_writer(options, test_header(size, size, some_wavelengths));
+  std::vector<double> values(3 * size * size, 0.0);
+  // Row 60 from below, column 40 of each plane.
+  for (int plane = 0; plane < 3; ++plane) values[(60 * 3 + plane) * size + 40] = 1.5;
+  writer->write_rows(0, size, values);
+  writer->finish();
+  const ReadPng png = read_png(options.path);
+  const Stamp stamp = picture_psf(options.style);
+  EXPECT_EQ(stamp.width, 2 * 44 + 1);
+  for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {0, -2}, {3, 2}, {-20, 0}, {0, 15}}) {
+    EXPECT_NEAR(png.at(40 + dx, size - 1 - (60 + dy), 1) / 65535.0, 1.5 * stamp.at(dx, dy), 1e-5);
+  }
+}
+
+// Light beyond the edges mirrors that within, so that even light stays even, and all light stays.
+TEST(PicturePsf, KeepsLight) {
+  for (const double spikes : {0.0, 0.2}) {
+    const Stamp stamp = picture_psf({.seeing = 2.5, .spikes = spikes});
+    EXPECT_NEAR(stamp.sum(), 1, 1e-12);
+    Image image(70, 40, 1);
+    std::mt19937 random(3);
+    double sum = 0;
+    for (int i = 0; i < 70 * 40; ++i) sum += image.plane(0)[i] = random() % 100;
+    blur(image, stamp);
+    EXPECT_NEAR(std::accumulate(image.plane(0), image.plane(0) + 70 * 40, 0.0) / sum, 1, 1e-12);
+  }
+}
+
+// Half of a star's peak is half of the seeing away from it. Its spikes have their share of light.
+TEST(PicturePsf, WidthAndSpikes) {
+  const Stamp round = picture_psf({.seeing = 8});
+  EXPECT_NEAR(round.at(4, 0) / round.at(0, 0), 0.5, 0.01);
+  EXPECT_NEAR(round.at(3, -3) / round.at(0, 0), round.at(3, 3) / round.at(0, 0), 1e-12);
+  const Stamp crossed = picture_psf({.seeing = 8, .spikes = 0.2});
+  double spikes = 0;
+  for (std::size_t i = 0; i < round.values.size(); ++i) {
+    spikes += crossed.values[i] - 0.8 * round.values[i];
+  }
+  EXPECT_NEAR(spikes, 0.2, 1e-12);
+  EXPECT_GT(crossed.at(80, 0), 10 * crossed.at(57, 57));
+  EXPECT_NEAR(crossed.at(80, 0), crossed.at(0, -80), 1e-15);
 }
 
 // ---- The renderer's writer ---------------------------------------------------------------------

@@ -14,11 +14,11 @@
 #include "gamer/image/fits/fits_stream.h"
 #include "gamer/image/wcs.h"
 #include "gamer/processing/operation.h"
+#include "image/convolution/convolution.h"
+#include "image/convolution/psf.h"
 #include "image/image_test_util.h"
-#include "processing/convolution.h"
+#include "image/synthetic_image.h"
 #include "processing/plane_info.h"
-#include "processing/psf.h"
-#include "processing/synthetic_image.h"
 
 namespace gamer {
 namespace {

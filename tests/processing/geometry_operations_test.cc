@@ -11,7 +11,7 @@
 #include "gamer/image/fits/fits_stream.h"
 #include "gamer/processing/operation.h"
 #include "image/image_test_util.h"
-#include "processing/synthetic_image.h"
+#include "image/synthetic_image.h"
 
 namespace gamer {
 namespace {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "image/synthetic_image.h"
 #include "processing/operation_fixture.h"
 #include "processing/plane_info.h"
-#include "processing/synthetic_image.h"
 
 namespace gamer {
 namespace {

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "processing/synthetic_image.h"
+#include "image/synthetic_image.h"
 
 namespace gamer {
 namespace {

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "image/synthetic_image.h"
 #include "processing/geometry.h"
-#include "processing/synthetic_image.h"
 
 namespace gamer {
 namespace {

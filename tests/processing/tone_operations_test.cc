@@ -364,6 +364,14 @@ TEST_F(ToneOperations, AutomaticPictureIsTheRenderers) {
   EXPECT_NE(calibrated.rgb, uncalibrated.rgb);
   run("rgb --method auto in.fits out.png");
   EXPECT_EQ(read_png(path("out.png")).values, calibrated.rgb);
+  run("rgb --method auto --brightness 2 --contrast 3 --saturation 0.5 in.fits style.png");
+  const ReadPng styled = read_png(path("style.png"));
+  const PictureColours colours(choose_tone(image, wavelengths, zero_points),
+                               {.brightness = 2, .contrast = 3, .saturation = 0.5}, 3);
+  const auto colour = colours.colour({image.at(1, 2, 2), image.at(1, 2, 1), image.at(1, 2, 0)}, {});
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_EQ(styled.at(1, image_height - 1 - 2, c), to_16_bits(colour[c]));
+  }
   header_.remove("MAGZERO2");
   write_fits(path("in.fits"), header_, {spot(0), spot(1), spot(2)});
   run("rgb --method auto in.fits out.png --overwrite");
@@ -437,7 +445,7 @@ TEST_F(ToneOperations, RgbSaysWhatIsWrong) {
   EXPECT_EQ(message("rgb --planes 1,2,3 --order wavelength in.fits new.png"),
             "gutil rgb: --planes are red, green and blue as given; --order goes without");
   EXPECT_EQ(message("rgb --saturation 2 in.fits new.png"),
-            "gutil rgb: --saturation goes with --method stiff, not lupton");
+            "gutil rgb: --saturation goes with --method stiff or auto, not lupton");
   EXPECT_EQ(message("rgb --minimum 1,2 in.fits new.png"),
             "gutil rgb: --minimum has 2 values; give one, or one for each channel");
   EXPECT_EQ(message("rgb --method plain --minimum 5 --maximum 5 in.fits new.png"),

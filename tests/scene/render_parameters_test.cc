@@ -60,7 +60,9 @@ bitpix = -64
 layout = "files"
 unit = "MJy/sr"
 brightness = 1.5
+contrast = 2.5
 saturation = 2
+seeing = 1.7
 sky = 0.05
 grain = 0.01
 grain_seed = 3
@@ -154,9 +156,9 @@ TEST(RenderParameters, ReadsEveryKey) {
   EXPECT_EQ(p.camera.width, 1e-7);
   EXPECT_EQ(p.camera.supersample, 4);
   EXPECT_EQ(p.spectrum.wavelengths, (std::vector<double>{4400, 5500.25, 8140}));
-  EXPECT_EQ(p.spectrum.wavelengths_where.text(), "render.par:23:15");
+  EXPECT_EQ(p.spectrum.wavelengths_where.text(), "render.par:25:15");
   EXPECT_EQ(p.spectrum.bands, (std::vector<std::string>{"sdss_g", "my.band"}));
-  EXPECT_EQ(p.spectrum.bands_where.text(), "render.par:24:9");
+  EXPECT_EQ(p.spectrum.bands_where.text(), "render.par:26:9");
   EXPECT_EQ(p.spectrum.band_samples, 3);
   EXPECT_EQ(p.spectrum.igm, Igm::madau95);
   EXPECT_EQ(p.image.unit, PixelUnit::megajansky_per_sr);
@@ -174,6 +176,8 @@ TEST(RenderParameters, ReadsEveryKey) {
   EXPECT_TRUE(p.truth.dust_free && p.truth.optical_depth && p.truth.segmentation);
   EXPECT_EQ(p.truth.path, "t.fits");
   EXPECT_EQ(p.image.output.style.brightness, 1.5);
+  EXPECT_EQ(p.image.output.style.contrast, 2.5);
+  EXPECT_EQ(p.image.output.style.seeing, 0);  // a FITS image has none
   EXPECT_EQ(p.image.output.style.saturation, 2);
   EXPECT_EQ(p.image.output.style.sky, 0.05);
   EXPECT_EQ(p.image.output.style.grain, 0.01);
@@ -222,6 +226,17 @@ TEST(RenderParameters, AHeaderStandsForTheKeysOfTheView) {
     EXPECT_FALSE(p.applies("camera", key)) << key;
   }
   EXPECT_EQ(parameters_of(p.toml()).toml(), p.toml());
+}
+
+TEST(RenderParameters, PicturesWithSeeingShowStarsAsPoints) {
+  const auto draws_discs = [](const std::string& keys) {
+    return parameters_of("[image]\n" + keys).draws_star_discs();
+  };
+  EXPECT_TRUE(draws_discs("output = \"a.png\""));
+  EXPECT_FALSE(draws_discs("output = \"a.png\"\nseeing = 1"));
+  EXPECT_TRUE(draws_discs("output = \"a.png\"\nseeing = 1\n[stars]\ndiscs = true"));
+  EXPECT_FALSE(draws_discs("output = \"a.fits\""));
+  EXPECT_TRUE(draws_discs("output = \"a.fits\"\n[stars]\nwhite_point = 3"));
 }
 
 TEST(RenderParameters, TomlReadsBackToTheSame) {
@@ -306,6 +321,9 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"[image]\nregion = [1, 1, 2, 2]\n[camera]\nprojection = \"healpix\"",
                  "render.par:2:10: region belongs to camera.projection = \"perspective\" or "
                  "\"orthographic\" or \"sky\", but projection is \"healpix\""},
+        BadInput{"[image]\nseeing = 2\noutput = \"a.png\"\n[camera]\nprojection = \"cubemap\"",
+                 "render.par:2:10: seeing belongs to camera.projection = \"perspective\", "
+                 "\"orthographic\", \"sky\" or \"fisheye\", but projection is \"cubemap\""},
         BadInput{"[image]\nlayout = \"stamps\"",
                  "render.par:2:10: layout = \"stamps\": stamps belong to camera.projection = "
                  "\"sky\", but projection is \"perspective\""},

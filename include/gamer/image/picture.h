@@ -10,6 +10,7 @@
 
 #include "gamer/image/image.h"
 #include "gamer/image/image_writer.h"
+#include "gamer/image/picture_colours.h"
 #include "gamer/image/plane.h"
 
 namespace gamer {
@@ -20,14 +21,6 @@ struct Picture {
   int height = 0;
   std::vector<std::uint16_t> rgb;
 };
-
-/// The colour-preserving asinh stretch of Lupton et al. 2004 (PASP 116, 133). With the intensity I
-/// = (r + g + b)/3, each channel c becomes c F(I)/I,
-///   F(I) = scale asinh(slope I),
-/// and all three are divided by the largest where that exceeds 1. Hue thus depends only on the
-/// ratios of the channels. The paper's Q and alpha are slope = alpha Q, scale = 1/Q. Channels are
-/// >= 0; black stays black.
-std::array<double, 3> lupton_stretch(const std::array<double, 3>& rgb, double slope, double scale);
 
 /// Makes a picture of an image, with a tone that follows from the image alone.
 ///
@@ -86,23 +79,6 @@ std::vector<double> zero_points_of(const ImageHeader& header);
 std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
                                        const std::vector<double>& wavelengths);
 
-/// The numbers that make_picture() chooses for its channels. The colour of the pixel (r, g, b) is
-/// lupton_stretch() of its light().
-struct PictureTone {
-  std::array<double, 3> black{};
-  std::array<double, 3> factor = {1, 1, 1};
-  double slope = 0;  ///< slope = scale = 0 where the image has no light
-  double scale = 0;
-
-  /// factor_c max(c - black_c, 0).
-  std::array<double, 3> light(const std::array<double, 3>& rgb) const;
-  std::array<double, 3> colour(const std::array<double, 3>& rgb) const;
-
-  /// Black, factor, slope, scale.
-  std::array<double, 8> numbers() const;
-  static PictureTone of_numbers(const std::array<double, 8>& numbers);
-};
-
 /// The light of each plane in a pixel that is white at full brightness in a picture. All channels
 /// of the pixel are 1, and planes of a channel are equal. Empty where the picture has no light.
 /// With two planes green is their mean and nearly 1. The sky is not included. See
@@ -118,33 +94,6 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
                            const std::optional<std::array<double, 3>>& black = {},
                            const std::optional<std::array<double, 3>>& factor = {},
                            const std::array<double, 3>& channel_factors = {1, 1, 1});
-
-/// Colours of pixels by a tone and a style.
-///
-/// *Brightness* b is a factor on the slope of the tone's stretch, scale asinh(slope I). The light
-/// sinh(1/scale)/slope stays white: 1/asinh(b sinh(1/scale)) replaces the scale. A stretch that is
-/// nearly linear changes little.
-///
-/// *Saturation* s. A channel c of a pixel of intensity I becomes I + s (c - I), at least 0.
-///
-/// *Sky and grain.* All channels then get the light whose stretch is the level `sky`, and noise.
-/// The noise is normal, independent in each of the `channels` (1 or 3) and in each pixel. It has
-/// the standard deviation `grain` in a picture of the sky alone, but light below 0 counts as 0. It
-/// is light too, so that bright parts have less grain.
-class PictureColours {
- public:
-  PictureColours(const PictureTone& tone, const PictureStyle& style, int channels);
-
-  /// The colour of a pixel with this noise, normal of mean 0 and sigma 1. The three values of a
-  /// single channel are equal.
-  std::array<double, 3> colour(const std::array<double, 3>& rgb,
-                               const std::array<double, 3>& noise) const;
-
- private:
-  PictureTone tone_;
-  double saturation_;
-  double sky_ = 0, grain_ = 0;  ///< light
-};
 
 /// The nearest of 65536 steps of [0, 1]; values outside go to the nearer end, NaN to 0.
 std::uint16_t to_16_bits(double value);

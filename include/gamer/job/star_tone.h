@@ -5,21 +5,20 @@
 
 namespace gamer {
 
-/// Whether the white of a job's picture must be measured, since it is the brightness of the discs
-/// of stars.
+/// Whether the tone of a job's picture must be measured without stars. Their discs need its white,
+/// and stars without discs, as with image.seeing, would change the tone.
 bool measures_star_tone(const RenderParameters& parameters, const Scene& scene);
 
 /// The tone of a picture of an image that has the planes of a job.
 PictureTone picture_tone(const RenderJob& job, const Image& image);
 
-/// Finds the tone of a job's picture, for the discs of its stars. It is image.tone where that is
+/// Finds the tone of a job's picture, for a picture with stars. It is image.tone where that is
 /// given, else automatic_tone() of some thousand pixels whose stars are smooth light: evenly spread
 /// ones and a few at the nuclei of galaxies. Every rank calls this function, and gets equal
 /// numbers.
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads);
 
-/// `output` with the tone of find_star_tone() for a picture that has no tone of its own. The discs
-/// of stars are then white.
+/// `output` with the tone of find_star_tone() for a picture that has no tone of its own.
 OutputOptions toned_output(const OutputOptions& output, const RenderParameters& parameters);
 
 }  // namespace gamer

@@ -30,7 +30,7 @@ fov = [50, 40, 90]
 
 NAMES = [f"film_{number:04}.fits" for number in range(1, FRAMES + 1)]
 ARGUMENTS = ("film.par", "scene.lst", "-q")
-GRAIN = ("-s", "image.sky=0.1", "-s", "image.grain=0.02")
+GRAIN = ("-s", "image.sky=0.1", "-s", "image.grain=0.02", "-s", "image.seeing=1.5")
 
 
 class FilmFolder(Folder):

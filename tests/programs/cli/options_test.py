@@ -111,7 +111,7 @@ class Tells(unittest.TestCase):
             # Any size of a square picture shows these objects. Their numbers are Poisson variates.
             self.assertIn(f" {len(scene) - stars} galaxies, {stars} stars", objects[0])
             area = (400 / 60) ** 2
-            counts = 46 / 10 ** (0.31 * 25) * (10 ** (0.31 * 22.5) - 10 ** (0.31 * 18))
+            counts = 46 / 10 ** (0.31 * 25) * (10 ** (0.31 * 22) - 10 ** (0.31 * 18))
             self.assertLess(abs(stars - area), 4 * area ** 0.5)
             self.assertLess(abs(len(scene) - stars - area * counts), 4 * (area * counts) ** 0.5)
             # The galaxy has the magnitude 9.9. Some objects lose light beyond the edges.

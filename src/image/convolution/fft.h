@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "processing/fftw_planner.h"
+#include "image/convolution/fftw_planner.h"
 
 namespace gamer {
 

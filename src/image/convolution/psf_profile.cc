@@ -1,4 +1,4 @@
-#include "processing/psf_profile.h"
+#include "image/convolution/psf_profile.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "processing/convolution.h"
+#include "image/convolution/convolution.h"
 
 #include <gtest/gtest.h>
 
@@ -9,13 +9,13 @@
 #include <utility>
 #include <vector>
 
-#include "processing/synthetic_image.h"
+#include "image/synthetic_image.h"
 
 namespace gamer {
 namespace {
 
-constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
-constexpr double positive_infinity = std::numeric_limits<double>::infinity();
+constexpr double missing = std::numeric_limits<double>::quiet_NaN();
+constexpr double infinite = std::numeric_limits<double>::infinity();
 
 /// A stamp without symmetry, whose sum is 1.
 Stamp skew_stamp(int width, int height) {
@@ -60,7 +60,7 @@ Image direct_sum(const Image& image, const Stamp& stamp, EdgeMode edge) {
           }
         }
       }
-      out.at(x, y) = std::isfinite(image.at(x, y)) ? sum * all / (all - lost) : nan_value;
+      out.at(x, y) = std::isfinite(image.at(x, y)) ? sum * all / (all - lost) : missing;
     }
   }
   return out;
@@ -72,7 +72,7 @@ double largest_difference(const Image& a, const Image& b) {
   for (int y = 0; y < a.height(); ++y) {
     for (int x = 0; x < a.width(); ++x) {
       const double p = a.at(x, y), q = b.at(x, y);
-      if (std::isnan(p) != std::isnan(q)) return positive_infinity;
+      if (std::isnan(p) != std::isnan(q)) return infinite;
       if (!std::isnan(p)) largest = std::max(largest, std::abs(p - q));
     }
   }
@@ -286,11 +286,11 @@ TEST(Convolution, WidthOfPointSources) {
 
 TEST(Convolution, MissingPixelsStayMissingAndDoNotSpread) {
   Image image = evaluate(*noise_plane(64, 48));
-  image.at(20, 20) = nan_value;
-  image.at(21, 20) = positive_infinity;
-  image.at(0, 0) = -positive_infinity;
+  image.at(20, 20) = missing;
+  image.at(21, 20) = infinite;
+  image.at(0, 0) = -infinite;
   for (int y = 30; y < 40; ++y) {
-    for (int x = 40; x < 60; ++x) image.at(x, y) = nan_value;
+    for (int x = 40; x < 60; ++x) image.at(x, y) = missing;
   }
   for (const auto& [width, height] : {std::pair{3, 3}, std::pair{11, 9}}) {
     const Stamp stamp = skew_stamp(width, height);
@@ -323,7 +323,7 @@ TEST(Convolution, MissingPixelsStayMissingAndDoNotSpread) {
 TEST(Convolution, GoodPixelsCountForMissingOnes) {
   const Stamp stamp = skew_stamp(9, 9);
   const PlanePtr flat =
-      make_plane(40, 40, [](int x, int y) { return (x * 7 + y * 3) % 5 == 0 ? nan_value : 2.5; });
+      make_plane(40, 40, [](int x, int y) { return (x * 7 + y * 3) % 5 == 0 ? missing : 2.5; });
   const Image out = evaluate(*convolved(flat, stamp, {EdgeMode::reflect}));
   for (int y = 0; y < 40; ++y) {
     for (int x = 0; x < 40; ++x) {
@@ -335,7 +335,7 @@ TEST(Convolution, GoodPixelsCountForMissingOnes) {
     }
   }
   const Image none =
-      evaluate(*convolved(make_plane(9, 9, [](int, int) { return nan_value; }), stamp));
+      evaluate(*convolved(make_plane(9, 9, [](int, int) { return missing; }), stamp));
   EXPECT_TRUE(
       std::all_of(none.plane(0), none.plane(0) + 81, [](double v) { return std::isnan(v); }));
 }
@@ -406,7 +406,7 @@ TEST(Convolution, WrongStamps) {
   const PlanePtr image = noise_plane(5, 5);
   EXPECT_THROW(convolved(image, Stamp{2, 1, {1, 1}}), std::invalid_argument);
   EXPECT_THROW(convolved(image, Stamp{3, 1, {1, 1}}), std::invalid_argument);
-  EXPECT_THROW(convolved(image, Stamp{1, 1, {nan_value}}), std::invalid_argument);
+  EXPECT_THROW(convolved(image, Stamp{1, 1, {missing}}), std::invalid_argument);
   ConvolutionOptions options;
   options.transform_width = 8;
   EXPECT_THROW(convolved(image, skew_stamp(9, 3), options), std::invalid_argument);

@@ -1,4 +1,4 @@
-#include "processing/psf.h"
+#include "image/convolution/psf.h"
 
 #include <algorithm>
 #include <boost/math/special_functions/legendre.hpp>
@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "core/message.h"
-#include "processing/psf_profile.h"
+#include "image/convolution/psf_profile.h"
 
 namespace gamer {
 

@@ -1,4 +1,4 @@
-#include "processing/psf.h"
+#include "image/convolution/psf.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "processing/psf.h"
+#include "image/convolution/psf.h"
 
 namespace gamer {
 

@@ -1,4 +1,4 @@
-#include "processing/convolution.h"
+#include "image/convolution/convolution.h"
 
 #include <algorithm>
 #include <cmath>
@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "core/no_value.h"
-#include "processing/fft.h"
+#include "image/convolution/fft.h"
 
 namespace gamer {
 namespace {

@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "gamer/image/plane.h"
-#include "processing/psf.h"
+#include "image/convolution/psf.h"
 
 namespace gamer {
 

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "gamer/image/image.h"
+#include "gamer/image/picture_style.h"
+#include "image/convolution/psf.h"
+
+namespace gamer {
+
+/// How a picture shows a point, with the sum 1. The round part is a Moffat profile of the FWHM
+/// `style.seeing` > 0 and the exponent 2.5. Its wings fall as d^-5, so that brighter stars look
+/// larger. Four spikes along rows and columns have the share `style.spikes` of the light. At the
+/// distances u along a spike and v across it, in units of the FWHM, a spike's light is
+///   (1 - (u/24)^2)^2 / (1 + (u/2)^2) exp(-4 ln 2 v^2)
+/// and ends at |u| = 24, where the stamp ends, too. Along a spike the light of a sharp edge's
+/// diffraction falls as u^-2.
+Stamp picture_psf(const PictureStyle& style);
+
+/// Convolves each channel with the stamp. Pixels beyond the edges mirror those within.
+void blur(Image& channels, const Stamp& psf);
+
+}  // namespace gamer
