@@ -1,4 +1,4 @@
-// The dock's page of light: histogram, stretch, exposure, gamma, saturation, channels.
+// The dock's page of light: histogram, stretch, exposure, contrast, gamma, saturation, channels.
 
 import {$, choice, h} from './dom.js';
 import {Histogram} from './histogram.js';
@@ -7,11 +7,13 @@ import {spectralPlanes} from './channels.js';
 import {plainLook} from './stretch.js';
 
 const stretches = [['lupton', 'Lupton'], ['asinh', 'asinh'], ['log', 'log'], ['linear', 'linear']];
-const neutral = {exposure: 0, gamma: 1, saturation: 1, psf: 0, noise: 0};
+const neutral = {exposure: 0, contrast: 1, gamma: 1, saturation: 1, psf: 0, noise: 0};
 
 const declared = [
   {name: 'exposure', type: 'number', unit: 'stops', min: -8, max: 8, default: 0,
    description: 'factor of the light, powers of 2'},
+  {name: 'contrast', type: 'number', unit: '', min: 0.01, max: 100, soft_min: 0.3, soft_max: 10, default: 1, scale: 'log',
+   description: 'divides the slope of Lupton\'s stretch; the level 0.28 stays, the brightest parts become white. gamer look has 3'},
   {name: 'gamma', type: 'number', unit: '', min: 0.3, max: 3, default: 1, scale: 'log',
    description: 'exponent 1/gamma of the brightness; 1 as the program\'s pictures'},
   {name: 'saturation', type: 'number', unit: '', min: 0, max: 3, default: 1,

@@ -2,7 +2,7 @@
 // for each plane and channel, then stretched. No change of weights or stretch needs the server. The
 // canvas has the pixels of the picture, and the browser scales them to their place in the page.
 
-import {automaticTone, steepnessOf} from './stretch.js';
+import {automaticTone, steepnessOf, withContrast} from './stretch.js';
 import * as shaders from './shaders.js';
 import {planeGroups} from './plane_groups.js';
 import {kernelLength} from './seeing.js';
@@ -303,8 +303,9 @@ export class Picture {
   /// pixels.
   stretch(textures, factors, size, tone, look, isSmoothed) {
     const gl = this.gl, {mode, gamma, saturation} = look;
+    const {slope, white, hasShoulder} = withContrast(look, Math.max(look.white - look.black, 0));
     const {program, places} = this.programOf(shaders.stretch(
-        {mode, smoothed: isSmoothed, gamma: gamma !== 1, saturation: saturation !== 1, groups: factors !== null}));
+        {mode, smoothed: isSmoothed, shoulder: hasShoulder, gamma: gamma !== 1, saturation: saturation !== 1, groups: factors !== null}));
     gl.useProgram(program);
     textures.forEach((texture, unit) => {
       gl.activeTexture(gl.TEXTURE0 + unit);
@@ -318,10 +319,9 @@ export class Picture {
     gl.activeTexture(gl.TEXTURE0);
     gl.uniform3fv(places.black, tone.black);
     gl.uniform3fv(places.factor, tone.factor);
-    gl.uniform1f(places.slope, look.slope);
-    const white = Math.max(look.white - look.black, 0);
+    gl.uniform1f(places.slope, slope);
     gl.uniform1f(places.white, white);
-    gl.uniform1f(places.steepness, steepnessOf(mode, look.slope * white));
+    gl.uniform1f(places.steepness, steepnessOf(mode, slope * white));
     gl.uniform1f(places.handle, look.black);
     gl.uniform1f(places.gain, 2 ** look.exposure);
     gl.uniform1f(places.gamma, gamma);

@@ -65,15 +65,16 @@ void main() {
 }`;
 
 /// The stretch of a mode (stretch.js). Light between pixels is interpolated where it is `smoothed`.
-/// Without `gamma` and `saturation` these are 1. With `groups` the light is the sum of two textures, each
+/// `shoulder` is that of a look's contrast. Without `gamma` and `saturation` these are 1. With `groups` the light is the sum of two textures, each
 /// times its factor.
-export const stretch = ({mode, smoothed, gamma, saturation, groups}) => `#version 300 es
+export const stretch = ({mode, smoothed, shoulder, gamma, saturation, groups}) => `#version 300 es
 precision highp float;
 precision highp sampler2D;
 #define LUPTON ${mode === 'lupton' ? 1 : 0}
 #define LOG ${mode === 'log' ? 1 : 0}
 #define LINEAR ${mode === 'linear' ? 1 : 0}
 #define SMOOTHED ${smoothed ? 1 : 0}
+#define SHOULDER ${shoulder ? 1 : 0}
 #define GAMMA ${gamma ? 1 : 0}
 #define SATURATION ${saturation ? 1 : 0}
 #define GROUPS ${groups ? 1 : 0}
@@ -142,7 +143,11 @@ void main() {
 #if LUPTON
   float intensity = (light.r + light.g + light.b) / 3.0;
   vec3 shown = intensity > 0.0 ? light * (level(intensity) / intensity) : vec3(0.0);
+#if SHOULDER
+  shown = mix(shown, 1.0 - 0.3 * exp((0.7 - shown) / 0.3), vec3(greaterThan(shown, vec3(0.7))));
+#else
   shown /= max(max(shown.r, max(shown.g, shown.b)), 1.0);
+#endif
 #else
   vec3 shown = min(vec3(level(light.r), level(light.g), level(light.b)), 1.0);
 #endif

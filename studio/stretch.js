@@ -1,4 +1,5 @@
-// The stretch from light to colours: that of the program's pictures (include/gamer/image/picture.h), and others.
+// The stretch from light to colours: that of the program's pictures (include/gamer/image/picture.h and
+// picture_colours.h), and others.
 // shaders.js has the same formulas in GLSL.
 
 const mostSamples = 2 ** 20;
@@ -10,6 +11,7 @@ const balance = 0.5;
 const whiteQuantile = 0.9999;
 const referenceLight = 0.8;
 const referenceLevel = 0.28;
+const knee = 0.7;  // of pictures with contrast
 
 /// Weight of each plane in red, green and blue. Planes are sorted by wavelength, the longest is
 /// red; one plane is grey. `wavelengths` may hold nulls: such planes count as sorted.
@@ -67,6 +69,20 @@ export function lightOf(mode, brightness, slope, white) {
   return Math.sinh(brightness * Math.asinh(steep)) / slope;
 }
 
+/// The slope and the white of the stretch with a look's contrast, and whether it ends in a shoulder. Only
+/// Lupton's has contrast (PictureColours).
+export function withContrast({mode, contrast, slope}, white) {
+  if (mode !== 'lupton' || contrast === 1 || !(white > 0)) return {slope, white, hasShoulder: false};
+  const fixed = Math.sinh(referenceLevel * Math.asinh(slope * white)) / contrast;
+  return {slope: slope / contrast, white: Math.sinh(Math.asinh(fixed) / referenceLevel) * contrast / slope,
+          hasShoulder: contrast > 1};
+}
+
+/// A level above `knee` comes to 1 more slowly.
+function shoulder(value) {
+  return value > knee ? 1 - (1 - knee) * Math.exp((knee - value) / (1 - knee)) : value;
+}
+
 /// The light of three channels after sky, balance, exposure, the black handle and saturation.
 function balanced(tone, look, rgb) {
   const gain = 2 ** look.exposure;
@@ -80,17 +96,18 @@ function balanced(tone, look, rgb) {
 /// The colour of a pixel, each channel in [0, 1], as displays expect it (sRGB).
 export function colour(tone, look, rgb) {
   const light = balanced(tone, look, rgb);
-  const white = Math.max(look.white - look.black, 0);
+  const {slope, white, hasShoulder} = withContrast(look, Math.max(look.white - look.black, 0));
   let out;
   if (look.mode === 'lupton') {
     const intensity = (light[0] + light[1] + light[2]) / 3;
     if (!(intensity > 0)) return [0, 0, 0];
-    const factor = level('asinh', intensity, look.slope, white) / intensity;
+    const factor = level('asinh', intensity, slope, white) / intensity;
     out = light.map((value) => value * factor);
     const largest = Math.max(...out);
-    if (largest > 1) out = out.map((value) => value / largest);
+    if (hasShoulder) out = out.map(shoulder);
+    else if (largest > 1) out = out.map((value) => value / largest);
   } else {
-    out = light.map((value) => Math.min(level(look.mode, value, look.slope, white), 1));
+    out = light.map((value) => Math.min(level(look.mode, value, slope, white), 1));
   }
   return look.gamma === 1 ? out : out.map((value) => value ** (1 / look.gamma));
 }
@@ -98,7 +115,7 @@ export function colour(tone, look, rgb) {
 /// A look that shows a tone as the program's pictures do.
 export function plainLook(tone) {
   return {mode: 'lupton', slope: tone.slope, white: tone.white, black: 0, exposure: 0, gamma: 1,
-          saturation: 1};
+          saturation: 1, contrast: 1};
 }
 
 /// The number that would stand at `place` if the numbers were sorted. It changes their order (Hoare's

@@ -4,7 +4,7 @@
 const place = 'gstudio';
 
 function newLook() {
-  return {mode: 'lupton', slope: 1, white: 1, black: 0, exposure: 0, gamma: 1, saturation: 1, psf: 0, noise: 0,
+  return {mode: 'lupton', slope: 1, white: 1, black: 0, exposure: 0, contrast: 1, gamma: 1, saturation: 1, psf: 0, noise: 0,
           pixels: false, auto: true};
 }
 
@@ -19,6 +19,7 @@ export class UiState extends EventTarget {
   constructor(camera, kept) {
     super();
     Object.assign(this, initial(camera), kept ?? {});
+    this.look = {...newLook(), ...this.look};
   }
 
   say(name, detail = {}) { this.dispatchEvent(new CustomEvent(name, {detail})); }

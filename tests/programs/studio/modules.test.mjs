@@ -308,6 +308,21 @@ test('the stretch of Lupton et al. keeps ratios and fits the largest channel', (
   assert.deepEqual(colour(tone, look, [0, 0, 0]), [0, 0, 0]);
 });
 
+test('contrast keeps the level 0.28 and ends in white', () => {
+  const tone = {black: [0, 0, 0], factor: [1, 1, 1], slope: 5, white: 2};
+  const plain = plainLook(tone), fixed = lightOf('asinh', 0.28, 5, 2);
+  for (const contrast of [0.5, 3]) {
+    const look = {...plain, contrast}, scale = 0.28 / Math.asinh(5 / contrast * fixed);
+    for (const value of [0.1 * fixed, fixed, 2, 50]) {
+      const shown = scale * Math.asinh(5 / contrast * value);
+      const expected = contrast < 1 ? Math.min(shown, 1) : shown < 0.7 ? shown : 1 - 0.3 * Math.exp((0.7 - shown) / 0.3);
+      nearAll(colour(tone, look, [value, value, value]), [expected, expected, expected], 1e-13);
+    }
+  }
+  const star = colour(tone, {...plain, contrast: 3}, [3000, 1500, 500]);
+  assert.ok(star[0] > 0.99 && star[1] > 0.99 && star[2] > colour(tone, plain, [3000, 1500, 500])[2]);
+});
+
 test('exposure, black, saturation and gamma', () => {
   const tone = {black: [1, 1, 1], factor: [2, 2, 2], slope: 1, white: 10};
   const look = {...plainLook(tone), mode: 'linear', exposure: 1, black: 2};
