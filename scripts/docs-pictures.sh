@@ -19,7 +19,7 @@ for list in scenes/*.lst; do
   esac
   build/release/gamer "scenes/$name.par" "$list" --output "$work/$name.fits" --overwrite \
     "${settings[@]}" --quiet
-  build/release/gutil rgb --method auto --brightness 1.2 --contrast 3 --saturation 1.3 --bits 8 "$work/$name.fits" "docs/images/$name.png" --overwrite
+  build/release/gutil rgb --method auto --brightness 1.2 --contrast 3 --saturation 1.2 --bits 8 "$work/$name.fits" "docs/images/$name.png" --overwrite
 done
 scripts/survey.sh build/survey > /dev/null
 cp build/survey/observed.png docs/images/survey.png

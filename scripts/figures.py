@@ -16,7 +16,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOOLS = pathlib.Path(os.environ.get("GAMER_BIN", ROOT / "build/release")).resolve()
 WORK = ROOT / "build/figures"
-STYLE = ("--brightness", 1.2, "--contrast", 3, "--saturation", 1.3)  # of gamer look
+STYLE = ("--brightness", 1.2, "--contrast", 3, "--saturation", 1.2)  # of gamer look
 PIXELS = 150  # of a galaxy's part of the image, on each side
 ROOM = 2.0    # of a galaxy's part, galaxy radii
 
@@ -352,7 +352,7 @@ This page shows what the keys of a galaxy do, after the figures of Groeneboom & 
 measures on the images. `scripts/figures.sh` makes the page and its pictures. Each figure is one render,
 
     gamer build/figures/NAME.par build/figures/NAME.lst -o NAME.fits
-    gutil rgb --method auto --brightness 1.2 --contrast 3 --saturation 1.3 --bits 8 NAME.fits NAME.png
+    gutil rgb --method auto --brightness 1.2 --contrast 3 --saturation 1.2 --bits 8 NAME.fits NAME.png
 
 of galaxies side by side that differ in their column `overrides` ([galaxies.md](galaxies.md)). A second run gives
 identical files.

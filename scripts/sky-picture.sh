@@ -30,5 +30,5 @@ echo "ngc4321 185.7288 15.8222 0.0037 78 9.2 30 153 - 1" >> "$work/sky.lst"
 # A telescope of 2.5 m with exposures of 20 minutes: electrons of magnitude 0 in a second, and the sky.
 "$gutil" noise --exposure 1200 --exposures 4 --zero-point 25.1,25.0,24.7 --sky 22.4,21.5,20.8 --read-noise 5 \
   "$work/sky_seen.fits" "$work/sky_observed.fits" --overwrite
-"$gutil" rgb --method auto --brightness 1.2 --contrast 3 --saturation 1.3 --bits 8 \
+"$gutil" rgb --method auto --brightness 1.2 --contrast 3 --saturation 1.2 --bits 8 \
   "$work/sky_observed.fits" docs/images/ngc4321_sky.png --overwrite

@@ -81,7 +81,8 @@ std::array<double, 3> PictureColours::colour(const std::array<double, 3>& rgb,
     if (saturation_ != 1) {
       light[c] = std::max(intensity + saturation_ * (light[c] - intensity), 0.0);
     }
-    light[c] = std::max(light[c] + sky_ + grain_ * noise[c], 0.0);
+    const double photons = sky_ > 0 ? std::sqrt(1 + light[c] / sky_) : 1;
+    light[c] = std::max(light[c] + sky_ + grain_ * photons * noise[c], 0.0);
   }
   if (!has_shoulder_) return lupton_stretch(light, tone_.slope, tone_.scale);
   std::array<double, 3> colour = asinh_stretch(light, tone_.slope, tone_.scale);

@@ -29,12 +29,13 @@ size = [640, 640]
 output = {}
 brightness = 1.2
 contrast = 3
-saturation = 1.3
+saturation = 1.2
 )";
 
-constexpr const char* style_of_sky = R"(seeing = 1.5
+constexpr const char* style_of_sky = R"(seeing = 1.2
 sky = 0.03
 grain = 0.01
+grain_seed = {}
 [stars]
 spikes = 0.06
 )";
@@ -73,10 +74,17 @@ bool chooses(const std::vector<std::string>& settings, std::string_view key) {
       settings, [key](const std::string& setting) { return setting.starts_with(key); });
 }
 
+/// The seed of the sky: each galaxy has its own.
+std::uint64_t seed_of(const Look& look) {
+  return hash_text(0, std::filesystem::path(look.galaxy).stem().string());
+}
+
 std::string parameters_text(const Look& look, const std::vector<std::string>& settings) {
   const std::string name = std::filesystem::path(look.galaxy).stem().string() + ".png";
   std::string text = fmt::format(fmt::runtime(picture), toml_string(name));
-  if (look.has_sky) text += style_of_sky;
+  if (look.has_sky) {
+    text += fmt::format(fmt::runtime(style_of_sky), seed_of(look) % PictureStyle::most_grain_seed);
+  }
   if (!chooses(settings, "spectrum.bands") && !chooses(settings, "spectrum.wavelengths")) {
     text += colours;
   }
@@ -121,7 +129,7 @@ std::string sky_list(const Look& look, const std::vector<std::string>& settings,
   Background background;
   background.faintest = faintest_galaxies;
   background.star_number = star_number;
-  background.seed = hash_text(0, std::filesystem::path(look.galaxy).stem().string());
+  background.seed = seed_of(look);
   // A list with commas holds any name of a file.
   std::istringstream rows(background_list(background, camera));
   std::string list, row;

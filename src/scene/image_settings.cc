@@ -82,6 +82,8 @@ BoundTable image_keys(ImageSettings& p) {
        "level of a picture's pixels without light, where white is 1"},
       {p.output.style.grain, "grain", "", Interval::closed(0, 0.5),
        "standard deviation of the noise of a picture's pixels without light, where white is 1; "
+       "with "
+       "`sky`, light has the noise of its photons; "
        "noise is cut off at black, which matters where `sky` is below three times `grain`"},
       {p.output.style.grain_seed, "grain_seed", "",
        Interval::closed(0, PictureStyle::most_grain_seed),

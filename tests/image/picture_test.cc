@@ -667,7 +667,16 @@ TEST(PictureWriter, SkyAndGrain) {
       const auto [bright, bright_grain] =
           mean_and_deviation(png, png.width / 2, png.width, channel);
       EXPECT_GT(bright, 0.5);
-      EXPECT_LT(bright_grain, 0.6 * dark_grain);
+      // Photon noise of the light L on the sky S, by the slope of the stretch and of colours.
+      const double scale = 1 / std::asinh(50.0), seen_sky = std::sinh(sky / scale);
+      const double seen = seen_sky + std::sinh(0.5 / scale);
+      const auto noise_at = [&](double light) {
+        const double slope = scale / std::hypot(1.0, light);
+        const double ratio = scale * std::asinh(light) / light;
+        const double colours = wavelengths.size() == 1 ? 0 : 2.0 / 3;
+        return std::sqrt(light * ((1 - colours) * slope * slope + colours * ratio * ratio));
+      };
+      EXPECT_NEAR(bright_grain / dark_grain * noise_at(seen_sky) / noise_at(seen), 1, 0.02);
     }
     EXPECT_EQ(png.at(3, 3, 0) == png.at(3, 3, 1), wavelengths.size() == 1);
     const auto seeded = [&](std::uint64_t seed) {

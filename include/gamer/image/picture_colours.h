@@ -44,8 +44,9 @@ struct PictureTone {
 ///
 /// *Sky and grain.* All channels then get the light whose stretch is the level `sky`, and noise.
 /// The noise is normal, independent in each of the `channels` (1 or 3) and in each pixel. It has
-/// the standard deviation `grain` in a picture of the sky alone, but light below 0 counts as 0. It
-/// is light too, so that bright parts have less grain.
+/// the standard deviation `grain` in a picture of the sky alone, but light below 0 counts as 0.
+/// It is light too, which the stretch shows less in bright parts. Photon noise is meant where there
+/// is a sky S: a channel of light L has sqrt((S + L)/S) times the noise of the sky.
 ///
 /// *Shoulder*, where the style has seeing or k > 1. Each channel c F(I)/I of the stretch, here v,
 /// becomes 1 - 0.3 exp(-(v - 0.7)/0.3) where v > 0.7. The middle of a bright star thus is white, as
