@@ -1181,8 +1181,8 @@ RATIOS = {
     "dusty_barred": {"associations": 1.289785, "H II regions": 0.652077, "bar lanes": 1.028823,
                      "lanes": 1.008835},
     "elliptical_dust": {"young clumps": 0.220316, "band": 1.002976},
-    "irregular": {"patches": 0.99044, "young clumps": 0.994397, "H II regions": 0.925276,
-                  "clouds": 0.99679},
+    "irregular": {"clusters": 0.99163, "young clumps": 1.814697, "H II regions": 2.096721,
+                  "clouds": 0.989793},
     "m51": {"arms": 1.003172, "associations": 1.014781, "H II regions": 1.28702, "lanes": 1.00435},
     "milky_way": {"associations": 0.933949, "H II regions": 1.218733, "lanes": 0.980709,
                   "Great Rift": 1.032365},
@@ -1196,10 +1196,11 @@ RATIOS = {
 }
 
 # Twice the largest relative error of the test's rays. The error comes from the steps of both
-# programs. In galaxies whose star fields have no SED it also comes from the mean of blackbodies.
+# programs. In galaxies whose star fields have no SED it also comes from the mean of blackbodies, and
+# in `irregular` from the mean over the clumps of its associations.
 TOLERANCES = {
     "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 1.9e-5, "ngc4594": 5.8e-6,
-    "dusty_barred": 3.2e-5, "ngc4321": 1e-5, "irregular": 1.6e-5, "milky_way": 3.5e-4,
+    "dusty_barred": 3.2e-5, "ngc4321": 1e-5, "irregular": 4.4e-5, "milky_way": 3.5e-4,
 }
 
 
