@@ -1196,8 +1196,8 @@ RATIOS = {
 }
 
 # Twice the largest relative error of the test's rays. The error comes from the steps of both
-# programs. In galaxies whose star fields have no SED it also comes from the mean of blackbodies, and
-# in `irregular` from the mean over the clumps of its associations.
+# programs. In galaxies whose star fields have no SED it also comes from the mean of blackbodies. In
+# `irregular` it comes from the mean over the clumps of its associations.
 TOLERANCES = {
     "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 1.9e-5, "ngc4594": 5.8e-6,
     "dusty_barred": 3.2e-5, "ngc4321": 1e-5, "irregular": 4.4e-5, "milky_way": 3.5e-4,
