@@ -27,7 +27,6 @@ constexpr double light_sigmas = 3;
 constexpr double balance = 0.5;
 constexpr double white_quantile = 0.9999;
 constexpr double reference_light = 0.8;
-constexpr double reference_level = 0.28;
 
 /// Weight of each plane in each channel; there is one channel (grey) or three.
 std::vector<std::vector<double>> channel_weights(int planes,
@@ -363,13 +362,12 @@ std::pair<int, int> picture_extent(const ImageHeader& header) {
 }
 
 std::uint64_t picture_memory(int width, int height, int planes, const PictureStyle& style) {
-  // A channel is copied while it is blurred.
-  const std::uint64_t channels = (planes == 1 ? 1 : 3) + (style.seeing > 0 ? 1 : 0);
+  const std::uint64_t channels = planes == 1 ? 1 : 3;
   // Bytes per sampled pixel: values and differences of each channel, and copies for quantiles.
   constexpr std::uint64_t per_sample = 10 * sizeof(double);
   return static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) * channels *
              sizeof(double) +
-         most_samples * per_sample;
+         most_samples * per_sample + (style.seeing > 0 ? blur_memory(width, height, style) : 0);
 }
 
 std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,

@@ -7,9 +7,6 @@
 namespace gamer {
 namespace {
 
-/// The level that contrast does not change. It is that of the faint disk in an automatic tone.
-constexpr double fixed_level = 0.28;
-
 /// The level from which on a picture with a shoulder becomes white more slowly.
 constexpr double knee = 0.7;
 
@@ -57,9 +54,9 @@ PictureColours::PictureColours(const PictureTone& tone, const PictureStyle& styl
     tone_.scale = 1 / std::asinh(style.brightness * white);
   }
   if (style.contrast != 1) {
-    const double stretched = std::sinh(fixed_level / tone_.scale) / style.contrast;
+    const double stretched = std::sinh(reference_level / tone_.scale) / style.contrast;
     tone_.slope /= style.contrast;
-    tone_.scale = fixed_level / std::asinh(stretched);
+    tone_.scale = reference_level / std::asinh(stretched);
   }
   const double stretched = std::sinh(style.sky / tone_.scale);
   sky_ = stretched / tone_.slope;
@@ -81,7 +78,7 @@ std::array<double, 3> PictureColours::colour(const std::array<double, 3>& rgb,
     if (saturation_ != 1) {
       light[c] = std::max(intensity + saturation_ * (light[c] - intensity), 0.0);
     }
-    const double photons = sky_ > 0 ? std::sqrt(1 + light[c] / sky_) : 1;
+    const double photons = grain_ > 0 ? std::sqrt(1 + light[c] / std::max(sky_, grain_)) : 0;
     light[c] = std::max(light[c] + sky_ + grain_ * photons * noise[c], 0.0);
   }
   if (!has_shoulder_) return lupton_stretch(light, tone_.slope, tone_.scale);

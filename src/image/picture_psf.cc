@@ -24,10 +24,14 @@ double spike(double along, double across) {
 
 }  // namespace
 
+int picture_psf_side(double seeing) {
+  return 2 * std::max(1, static_cast<int>(std::ceil(reach * seeing))) + 1;
+}
+
 Stamp picture_psf(const PictureStyle& style) {
-  const int half = std::max(1, static_cast<int>(std::ceil(reach * style.seeing)));
+  const int side = picture_psf_side(style.seeing), half = side / 2;
   const Psf psf({.kind = PsfKind::moffat, .fwhm = style.seeing, .beta = wing_exponent});
-  Stamp stamp = make_stamp(psf, {.size = 2 * half + 1});
+  Stamp stamp = make_stamp(psf, {.size = side});
   if (style.spikes == 0) return stamp;
   Stamp spikes = stamp;
   auto value = spikes.values.begin();
@@ -42,6 +46,17 @@ Stamp picture_psf(const PictureStyle& style) {
     stamp.values[i] = (1 - style.spikes) * stamp.values[i] + scale * spikes.values[i];
   }
   return stamp;
+}
+
+std::uint64_t blur_memory(int width, int height, const PictureStyle& style) {
+  const auto square = [](int side) { return static_cast<std::uint64_t>(side) * side; };
+  const int side = picture_psf_side(style.seeing);
+  // A channel is copied. A stamp has copies, and transforms of at most twice its side or this.
+  constexpr int transform = 2048;
+  constexpr std::uint64_t stamps = 5, transforms = 3;
+  const int longest = std::min(std::max(transform, 2 * side), std::max(width, height) + 2 * side);
+  return sizeof(double) * (static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height) +
+                           stamps * square(side) + transforms * square(longest));
 }
 
 void blur(Image& channels, const Stamp& psf) {

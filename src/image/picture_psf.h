@@ -1,10 +1,15 @@
 #pragma once
 
+#include <cstdint>
+
 #include "gamer/image/image.h"
 #include "gamer/image/picture_style.h"
 #include "image/convolution/psf.h"
 
 namespace gamer {
+
+/// Side of picture_psf(), pixels.
+int picture_psf_side(double seeing);
 
 /// How a picture shows a point, with the sum 1. The round part is a Moffat profile of the FWHM
 /// `style.seeing` > 0 and the exponent 2.5. Its wings fall as d^-5, so that brighter stars look
@@ -14,6 +19,9 @@ namespace gamer {
 /// and ends at |u| = 24, where the stamp ends, too. Along a spike the light of a sharp edge's
 /// diffraction falls as u^-2.
 Stamp picture_psf(const PictureStyle& style);
+
+/// Memory that picture_psf() and blur() take, bytes.
+std::uint64_t blur_memory(int width, int height, const PictureStyle& style);
 
 /// Convolves each channel with the stamp. Pixels beyond the edges mirror those within.
 void blur(Image& channels, const Stamp& psf);

@@ -322,8 +322,8 @@ ParameterTable rgb_parameters() {
       Parameter::number("brightness", "", style_factors(), 1.0,
                         "auto: factor on the slope of the stretch; white stays white"),
       Parameter::number("contrast", "", style_factors(), 1.0,
-                        "auto: divides the slope of the stretch; the level 0.28 stays, and the "
-                        "brightest parts become white"),
+                        "auto: divides the slope of the stretch; the level 0.28 stays, and with "
+                        "values above 1 the brightest parts become white"),
       Parameter::choice("bits", {"8", "16"}, std::nullopt,
                         "bits per channel of a PNG (default 16); a BMP has 8"),
   };

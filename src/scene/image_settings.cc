@@ -71,20 +71,19 @@ BoundTable image_keys(ImageSettings& p) {
        "fainter light"},
       {p.output.style.contrast, "contrast", "", style_factors(),
        "divides the slope of a picture's stretch; the level 0.28 stays, and with values above 1 "
-       "the "
-       "brightest parts are overexposed, and become white"},
+       "the brightest parts are overexposed, and become white"},
       {p.output.style.saturation, "saturation", "", Interval::closed(0, 10),
        "colours of a picture: 0 is grey, 1 keeps them, larger values strengthen them"},
-      {p.output.style.seeing, "seeing", "", Interval::closed(0, 32),
-       "width of a point in a picture (FWHM of a Moffat profile), pixels, as a telescope shows it; "
-       "stars then have no discs, and light above white becomes white; 0: pixels as they are"},
+      {p.output.style.seeing, "seeing", "", Interval::closed(0, PictureStyle::most_seeing),
+       "width of a point in a picture (FWHM of a Moffat profile), pixels, as a telescope shows it, "
+       "at least 0.1; stars then are points, unless stars.discs or stars.white_point is given; 0: "
+       "pixels as they are"},
       {p.output.style.sky, "sky", "", Interval::closed(0, 0.5),
        "level of a picture's pixels without light, where white is 1"},
       {p.output.style.grain, "grain", "", Interval::closed(0, 0.5),
        "standard deviation of the noise of a picture's pixels without light, where white is 1; "
-       "with "
-       "`sky`, light has the noise of its photons; "
-       "noise is cut off at black, which matters where `sky` is below three times `grain`"},
+       "light has more, as photons have; noise is cut off at black, which matters where `sky` is "
+       "below three times `grain`"},
       {p.output.style.grain_seed, "grain_seed", "",
        Interval::closed(0, PictureStyle::most_grain_seed),
        "seed of the noise; frame n of a film has grain_seed + n - 1"}};

@@ -98,20 +98,31 @@ void check_region(const RenderParameters& parameters) {
                     parameters.section("camera").text("projection"));
 }
 
-/// Throws InputError for seeing in a view whose neighbouring pixels may be far apart on the sky.
-void check_seeing(const RenderParameters& parameters) {
-  const Projection projection = parameters.camera.projection;
-  if (parameters.image.output.style.seeing == 0 || !is_sphere(projection)) return;
-  if (projection == Projection::fisheye) return;
-  throw input_error(parameters.section("image").where("seeing"),
-                    "seeing belongs to camera.projection = \"perspective\", \"orthographic\", "
-                    "\"sky\" or \"fisheye\", but projection is \"{}\"",
-                    parameters.section("camera").text("projection"));
-}
-
 bool is_picture(const RenderParameters& parameters) {
   const std::optional<ImageSuffix> suffix = image_suffix(parameters.image.output.path);
   return suffix == ImageSuffix::png || suffix == ImageSuffix::bmp;
+}
+
+/// Throws InputError for seeing that a picture cannot have.
+void check_seeing(const RenderParameters& parameters) {
+  const double seeing = parameters.image.output.style.seeing;
+  if (seeing == 0) return;
+  const SourceLocation& where = parameters.section("image").where("seeing");
+  if (seeing < PictureStyle::least_seeing) {
+    throw input_error(where, "seeing = {} is below {} pixels; 0 shows the pixels as they are",
+                      seeing, PictureStyle::least_seeing);
+  }
+  if (parameters.image.unit == PixelUnit::magnitude) {
+    throw InputError(where, "seeing needs a unit of light, but image.unit is a magnitude");
+  }
+  // Neighbouring pixels may be far apart on the sky.
+  const Projection projection = parameters.camera.projection;
+  if (is_sphere(projection) && projection != Projection::fisheye) {
+    throw input_error(where,
+                      "seeing belongs to camera.projection = \"perspective\", \"orthographic\", "
+                      "\"sky\" or \"fisheye\", but projection is \"{}\"",
+                      parameters.section("camera").text("projection"));
+  }
 }
 
 /// Throws InputError where discs of stars would need the white of a picture that is not there.
@@ -308,7 +319,6 @@ void RenderParameters::resolve() {
   image = ImageSettings::read(section("image"));
   image.output.overwrite = overwrite;
   check_region(*this);
-  check_seeing(*this);
   spectrum = SpectrumSettings::read(section("spectrum"));
   photometry = PhotometrySettings::read(section("photometry"));
   check_electrons(*this);
@@ -318,8 +328,10 @@ void RenderParameters::resolve() {
   const auto tone = stars.tone;  // Measured, not read.
   stars = StarSettings::read(section("stars"));
   stars.tone = tone;
-  image.output.style.spikes = stars.spikes;
   if (!is_picture(*this)) image.output.style.seeing = 0;
+  check_seeing(*this);
+  // Discs of stars have spikes of their own.
+  image.output.style.spikes = draws_star_discs() ? 0 : stars.spikes;
   if (stars.field.number > 0 && camera.projection != Projection::sky) {
     throw InputError(stars.field.number_where,
                      "stars.number belongs to camera.projection = \"sky\": the other views have no "

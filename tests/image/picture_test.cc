@@ -609,10 +609,10 @@ TEST(PictureColours, ContrastKeepsItsLevelAndEndsInWhite) {
 // A bright red star: each of its channels comes to white, where the plain style keeps the hue.
 TEST(PictureColours, SeeingTurnsBrightLightWhite) {
   const PictureTone tone = white_one(50);
-  const Colour star = {30, 15, 5};
+  const Colour star = {3000, 1500, 500};
   EXPECT_NEAR(PictureColours(tone, {}, 3).colour(star, no_noise)[2], 5.0 / 30, 1e-12);
   const Colour seen = PictureColours(tone, {.seeing = 2}, 3).colour(star, no_noise);
-  const double level = tone.scale * std::asinh(50 * 50.0 / 3) / (50.0 / 3);
+  const double level = tone.scale * std::asinh(50 * 5000.0 / 3) / (5000.0 / 3);
   for (int c = 0; c < 3; ++c) {
     const double channel = level * star[c];
     EXPECT_NEAR(seen[c], channel < 0.7 ? channel : 1 - 0.3 * std::exp((0.7 - channel) / 0.3),
@@ -694,6 +694,19 @@ TEST(PictureWriter, SkyAndGrainOfAPictureWithoutLight) {
   EXPECT_NEAR(deviation / 0.01, 1, 0.01);
 }
 
+// Light has the noise of photons also where the sky is fainter than the noise.
+TEST(PictureColours, FaintSkiesDoNotMakeNoiseOfLight) {
+  const PictureTone tone = white_one(50);
+  const auto shown = [&](double sky, double grain) {
+    const PictureColours colours(tone, {.sky = sky, .grain = grain}, 1);
+    return colours.colour({0.1, 0.1, 0.1}, {1, 1, 1})[0];
+  };
+  EXPECT_NEAR(shown(1e-6, 0.01), shown(0, 0.01), 1e-5);
+  EXPECT_NEAR(shown(1e-320, 0.01), shown(0, 0.01), 1e-5);
+  EXPECT_NEAR(shown(1e-320, 0), shown(0, 0), 1e-12);
+  EXPECT_LT(shown(0, 0.01), shown(0, 0) + 0.05);
+}
+
 // The positive half of a normal distribution has the standard deviation sqrt(1/2 - 1/(2 pi)).
 TEST(PictureWriter, GrainWithoutSkyIsCutOffAtBlack) {
   const ReadPng png = halves({.grain = 0.001}, {5500});
@@ -737,6 +750,9 @@ TEST(PicturePsf, KeepsLight) {
     for (int i = 0; i < 70 * 40; ++i) sum += image.plane(0)[i] = random() % 100;
     blur(image, stamp);
     EXPECT_NEAR(std::accumulate(image.plane(0), image.plane(0) + 70 * 40, 0.0) / sum, 1, 1e-12);
+    std::fill_n(image.plane(0), 70 * 40, 3.0);
+    blur(image, stamp);
+    for (int i = 0; i < 70 * 40; ++i) EXPECT_NEAR(image.plane(0)[i], 3, 1e-12);
   }
 }
 

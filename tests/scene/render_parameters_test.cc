@@ -228,6 +228,17 @@ TEST(RenderParameters, AHeaderStandsForTheKeysOfTheView) {
   EXPECT_EQ(parameters_of(p.toml()).toml(), p.toml());
 }
 
+TEST(RenderParameters, PicturesWithSeeingHaveSpikesOnce) {
+  const auto style_of = [](const std::string& keys) {
+    return parameters_of("[image]\nseeing = 2\n" + keys).image.output.style;
+  };
+  EXPECT_EQ(style_of("output = \"a.png\"\n[stars]\nspikes = 0.1").seeing, 2);
+  EXPECT_EQ(style_of("output = \"a.png\"\n[stars]\nspikes = 0.1").spikes, 0.1);
+  EXPECT_EQ(style_of("output = \"a.png\"\n[stars]\ndiscs = true\nspikes = 0.1").spikes, 0);
+  // A FITS image has no style.
+  EXPECT_EQ(style_of("output = \"a.fits\"\n[camera]\nprojection = \"healpix\"").seeing, 0);
+}
+
 TEST(RenderParameters, PicturesWithSeeingShowStarsAsPoints) {
   const auto draws_discs = [](const std::string& keys) {
     return parameters_of("[image]\n" + keys).draws_star_discs();
@@ -321,6 +332,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"[image]\nregion = [1, 1, 2, 2]\n[camera]\nprojection = \"healpix\"",
                  "render.par:2:10: region belongs to camera.projection = \"perspective\" or "
                  "\"orthographic\" or \"sky\", but projection is \"healpix\""},
+        BadInput{"[image]\nseeing = 1e-300\noutput = \"a.png\"",
+                 "render.par:2:10: seeing = 1e-300 is below 0.1 pixels; 0 shows the pixels as they "
+                 "are"},
+        BadInput{"[image]\nseeing = 2\noutput = \"a.png\"\nunit = \"mag/arcsec^2\"",
+                 "render.par:2:10: seeing needs a unit of light, but image.unit is a magnitude"},
         BadInput{"[image]\nseeing = 2\noutput = \"a.png\"\n[camera]\nprojection = \"cubemap\"",
                  "render.par:2:10: seeing belongs to camera.projection = \"perspective\", "
                  "\"orthographic\", \"sky\" or \"fisheye\", but projection is \"cubemap\""},

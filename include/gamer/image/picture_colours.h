@@ -6,6 +6,9 @@
 
 namespace gamer {
 
+/// The level of the faint disk in an automatic tone, which contrast does not change.
+inline constexpr double reference_level = 0.28;
+
 /// The colour-preserving asinh stretch of Lupton et al. 2004 (PASP 116, 133). With the intensity I
 /// = (r + g + b)/3, each channel c becomes c F(I)/I,
 ///   F(I) = scale asinh(slope I),
@@ -45,12 +48,13 @@ struct PictureTone {
 /// *Sky and grain.* All channels then get the light whose stretch is the level `sky`, and noise.
 /// The noise is normal, independent in each of the `channels` (1 or 3) and in each pixel. It has
 /// the standard deviation `grain` in a picture of the sky alone, but light below 0 counts as 0.
-/// It is light too, which the stretch shows less in bright parts. Photon noise is meant where there
-/// is a sky S: a channel of light L has sqrt((S + L)/S) times the noise of the sky.
+/// It is light too, which the stretch shows less in bright parts. As noise of photons, that of a
+/// channel of light L is sqrt(1 + L/S) times that of the sky. S is the sky's light, or that of the
+/// noise where it is larger.
 ///
 /// *Shoulder*, where the style has seeing or k > 1. Each channel c F(I)/I of the stretch, here v,
-/// becomes 1 - 0.3 exp(-(v - 0.7)/0.3) where v > 0.7. The middle of a bright star thus is white, as
-/// film and detectors show it.
+/// becomes 1 - 0.3 exp(-(v - 0.7)/0.3) where v > 0.7. The level 1 becomes 0.89. The middle of a
+/// bright star thus is white, as film and detectors show it.
 class PictureColours {
  public:
   PictureColours(const PictureTone& tone, const PictureStyle& style, int channels);

@@ -17,6 +17,7 @@ struct PictureStyle {
   std::uint64_t grain_seed = 1;  ///< at most most_grain_seed; another number gives other noise
 
   static constexpr std::uint64_t most_grain_seed = 1000000000;
+  static constexpr double least_seeing = 0.1, most_seeing = 32;
   /// Limits of brightness and contrast.
   static constexpr double least_factor = 0.01, most_factor = 100;
 };
