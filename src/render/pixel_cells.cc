@@ -65,6 +65,28 @@ std::span<const glm::dvec2> lattice(int count) {
   return lattices[static_cast<std::size_t>(count)];
 }
 
+/// What components allow for the sides of cells, galaxy radii.
+struct CellSides {
+  double envelope = HUGE_VAL, edge = HUGE_VAL;  ///< scales as in ColumnScale
+  double texture_ray = HUGE_VAL;   ///< the largest side with one ray that textures allow
+  double texture_cell = HUGE_VAL;  ///< the largest side with Gauss' rule that textures allow
+
+  void take(const CellSides& other) {
+    envelope = std::min(envelope, other.envelope);
+    edge = std::min(edge, other.edge);
+    texture_ray = std::min(texture_ray, other.texture_ray);
+    texture_cell = std::min(texture_cell, other.texture_cell);
+  }
+  bool is_below(const CellSides& other) const {
+    return envelope < other.envelope || edge < other.edge || texture_ray < other.texture_ray ||
+           texture_cell < other.texture_cell;
+  }
+  CellSides times(double relief) const {
+    const double root = std::sqrt(relief);
+    return {root * envelope, root * edge, relief * texture_ray, relief * texture_cell};
+  }
+};
+
 }  // namespace
 
 Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
@@ -93,31 +115,42 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
     const double length = size * pixel;
     // Half a diagonal of the cell.
     const double around = length * std::numbers::sqrt2 / 2;
-    ColumnScale least;
-    // The largest sides of a cell with one ray and with Gauss' rule that textures allow.
-    double texture_ray = HUGE_VAL, texture_cell = HUGE_VAL;
-    for (const auto& component : placed.galaxy->components()) {
-      if (supersample_ && !component->has_cusp()) continue;
-      const ColumnScale scale = component->column_scale(&nearest.x, &direction.x, around);
-      // A cell of side h and brightness B has light B h^2. Its error is a constant share of it for
-      // an unresolved texture, and a share ~ h^2 for a smooth envelope. For a given number of cells
-      // the sum errs least with h ~ B^(-1/2) and h ~ B^(-1/4).
-      const double relief =
-          std::min(std::max(1.0, std::sqrt(faint / scale.brightness)), most_relief);
-      least.envelope = std::min(least.envelope, std::sqrt(relief) * scale.envelope);
-      least.edge = std::min(least.edge, std::sqrt(relief) * scale.edge);
-      texture_ray = std::min(texture_ray, relief * std::max(ray_size * scale.texture, finest));
-      texture_cell =
-          std::min(texture_cell, relief * std::max(cell_size * scale.texture, 2 * finest));
-    }
     // The length for which one ray suffices is `share` of the scale. `rays` is the number of rays
     // across such a length.
-    const auto smooth = [&](double share, double rays) {
-      return std::min(share * least.envelope, std::max(share * least.edge, rays * at_edges));
+    const auto smooth = [&](const CellSides& sides, double share, double rays) {
+      return std::min(share * sides.envelope, std::max(share * sides.edge, rays * at_edges));
     };
-    const double whole = smooth(cell_size, 2);
-    result.rays = std::max(result.rays, length / std::min(smooth(ray_size, 1), texture_ray));
-    result.parts = std::max(result.parts, length / std::min(whole, texture_cell));
+    const auto one_ray = [&](const CellSides& sides) {
+      return std::min(smooth(sides, ray_size, 1), sides.texture_ray);
+    };
+    const auto& components = placed.galaxy->components();
+    thread_local std::vector<CellSides> of_component;
+    of_component.assign(components.size(), {});
+    CellSides least;
+    for (std::size_t c = 0; c < components.size(); ++c) {
+      if (supersample_ && !components[c]->has_cusp()) continue;
+      const ColumnScale scale = components[c]->column_scale(&nearest.x, &direction.x, around);
+      of_component[c] = {scale.envelope, scale.edge, std::max(ray_size * scale.texture, finest),
+                         std::max(cell_size * scale.texture, 2 * finest)};
+      least.take(of_component[c]);
+    }
+    // Faint components allow more, which matters only where a cell needs several rays.
+    if (length > one_ray(least)) {
+      least = {};
+      for (std::size_t c = 0; c < components.size(); ++c) {
+        if (!of_component[c].is_below(least)) continue;
+        // A cell of side h and brightness B has light B h^2. Its error is a constant share of it
+        // for an unresolved texture, and a share ~ h^2 for a smooth envelope. For a given number of
+        // cells the sum errs least with h ~ B^(-1/2) and h ~ B^(-1/4).
+        const double brightness =
+            components[c]->column_brightness(&nearest.x, &direction.x, around);
+        const double relief = std::min(std::max(1.0, std::sqrt(faint / brightness)), most_relief);
+        least.take(of_component[c].times(relief));
+      }
+    }
+    const double whole = smooth(least, cell_size, 2);
+    result.rays = std::max(result.rays, length / one_ray(least));
+    result.parts = std::max(result.parts, length / std::min(whole, least.texture_cell));
     result.steepness = std::max(result.steepness, length / whole);
   }
   return result;

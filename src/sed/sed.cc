@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "core/message.h"
+#include "core/shared_values.h"
 #include "core/text.h"
 #include "gamer/core/near.h"
 #include "gamer/core/parameter.h"
@@ -197,6 +198,17 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
   return std::make_shared<TableSed>(name, std::move(table), power);
 }
 
+namespace {
+
+/// The SED of a text. Texts that are equal in all respects share one SED while it is in use.
+std::shared_ptr<const Sed> shared_sed(const Resources::Text& text, const std::string& name) {
+  static SharedValues<std::array<std::string, 3>, Sed> known;
+  return known.find({name, text.label, text.content.str()},
+                    [&] { return parse_sed(text.content, text.label, name); });
+}
+
+}  // namespace
+
 std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& beside,
                                     Resources& resources) {
   const std::vector<std::string>& suffixes = sed_suffixes();
@@ -214,7 +226,7 @@ std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& 
     for (const std::string& file : resources.names("seds", suffixes)) known.push_back(file);
     throw input_error("unknown SED {}{}", in_quotes(name), did_you_mean(identifier, known));
   }
-  return parse_sed(text->content, text->label, name);
+  return shared_sed(*text, name);
 }
 
 std::shared_ptr<const Sed> blackbody_sed(double temperature) {

@@ -12,7 +12,7 @@
 namespace gamer {
 
 /// The largest ratio of an envelope along random rays and their neighbours to
-/// ColumnScale::brightness. `envelope(place)` is a share of the peak, and `height` that of the
+/// Component::column_brightness(). `envelope(place)` is a share of the peak, and `height` that of the
 /// layer. Rays where the envelope is below `least` do not count.
 template <class Envelope>
 double largest_over_brightness(const Component& component, double height, double least,
@@ -32,7 +32,7 @@ double largest_over_brightness(const Component& component, double height, double
   for (int ray = 0; ray < rays; ++ray) {
     const glm::dvec3 d = direction(), nearest = 1.1 * random() * across(d);
     const double reach = std::pow(10, -3 + 2.7 * random());
-    const ColumnScale scale = component.column_scale(&nearest.x, &d.x, reach);
+    const double brightness = component.column_brightness(&nearest.x, &d.x, reach);
     double largest = 0;
     for (int k = 0; k < neighbours; ++k) {
       const glm::dvec3 o = nearest + reach * random() * across(d);
@@ -43,7 +43,7 @@ double largest_over_brightness(const Component& component, double height, double
             {largest, envelope(o + (plane + 3 * part * height / d.z) * d), envelope(o + part * d)});
       }
     }
-    if (largest > least) worst = std::max(worst, largest / scale.brightness);
+    if (largest > least) worst = std::max(worst, largest / brightness);
   }
   return worst;
 }

@@ -68,9 +68,6 @@ struct ColumnScale {
   double envelope = HUGE_VAL;
   double edge = HUGE_VAL;     ///< scale across an edge, which extends over many rays
   double texture = HUGE_VAL;  ///< scale of arms and noise, which extend over many rays
-  /// Approximate largest value of the envelope along the ray and its neighbours, as a share of the
-  /// component's peak.
-  double brightness = 1;
 };
 
 /// All settings from which the components of one galaxy are built.
@@ -153,6 +150,12 @@ class Component {
   /// `nearest` is the ray's point closest to the centre; `direction` has length 1.
   virtual ColumnScale column_scale(const double nearest[3], const double direction[3],
                                    double reach) const = 0;
+  /// Approximate largest value of the envelope along this ray and those within `reach`, as a share
+  /// of the component's peak.
+  virtual double column_brightness(const double /*nearest*/[3], const double /*direction*/[3],
+                                   double /*reach*/) const {
+    return 1;
+  }
   /// Whether the integral of the density has a cusp at the centre, where a single ray differs
   /// strongly from the mean over a pixel.
   virtual bool has_cusp() const { return false; }

@@ -101,11 +101,11 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
   for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     const Component& component = component_at(c);
     if (!component.absorbs()) light_ += galaxy_.luminosity(c);
-    // Every component with a texture has a part in this round, so that all processes have equal
+    // Components have parts whether or not they are normalised, so that all processes have equal
     // parts.
     const Texture* texture = component.texture();
     if (texture == nullptr) continue;
-    of(Round::textures).push_back({c, 0, 0});
+    if (!adopts_texture(c)) of(Round::textures).push_back({c, 0, 0});
     most_numbers_ = std::max(most_numbers_, texture->statistics().size() + 1);
   }
   // Upper bound of the number of widths in single precision.
@@ -178,7 +178,11 @@ void GalaxyStatistics::take(Round round, std::size_t part, std::span<const doubl
 
 void GalaxyStatistics::finish(Round round) {
   switch (round) {
-    case Round::textures: return plan_means();
+    case Round::textures:
+      for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
+        if (adopts_texture(c)) adopt_texture(c);
+      }
+      return plan_means();
     case Round::means: return plan_slices();
     case Round::larger: return make_tables();
     case Round::closure:
@@ -309,8 +313,22 @@ std::size_t GalaxyStatistics::first_points() const {
   return std::min(first_cloud, galaxy_.most_cloud_points());
 }
 
+bool GalaxyStatistics::adopts_texture(std::size_t c) const {
+  const Galaxy* const reference = galaxy_.reference().get();
+  if (reference == nullptr || component_at(c).texture() == nullptr) return false;
+  return !footprints_.needs_light_means ||
+         reference->components()[c]->digests().texture == component_at(c).digests().texture;
+}
+
+void GalaxyStatistics::adopt_texture(std::size_t c) {
+  const Component& measured = *std::as_const(*galaxy_.reference()).components()[c];
+  galaxy_.components()[c]->texture()->restore(measured.texture()->statistics());
+  is_normalised_[c] = true;
+}
+
 void GalaxyStatistics::normalise(std::size_t c) {
   if (is_normalised_[c] || component_at(c).texture() == nullptr) return;
+  if (adopts_texture(c)) return adopt_texture(c);
   // The statistics include those of the followed component.
   if (galaxy_.followed(c) >= 0) normalise(static_cast<std::size_t>(galaxy_.followed(c)));
   Component& component = *galaxy_.components()[c];

@@ -15,6 +15,9 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
     for (const double width : widths) text += fmt::format(" {:a}", width);
   };
   std::string text = component_at(c).digests().texture;
+  if (round != Round::textures && adopts_texture(c)) {
+    text += " as " + galaxy_.reference()->components()[c]->digests().texture;
+  }
   switch (round) {
     case Round::textures: return text + " texture";
     case Round::means: {

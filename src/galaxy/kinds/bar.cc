@@ -322,12 +322,15 @@ ColumnScale Bar::column_scale(const double nearest[3], const double direction[3]
   double side = length(plane * cosine, column_lengths * shape_.z0 * sine);
   if (shape_.peanut > 0)
     side = std::min(side, length(plane, shape_.peanut_width * shape_.half_length));
-  return {.envelope = std::min(plane, side),
-          .edge = fine,
-          .brightness = brightness(o, d, distance, reach)};
+  return {.envelope = std::min(plane, side), .edge = fine};
 }
 
-double Bar::brightness(const double o[3], const double d[3], double distance, double reach) const {
+double Bar::column_brightness(const double nearest[3], const double direction[3],
+                              double reach) const {
+  double o[3], d[3];
+  turn(nearest, o);
+  turn(direction, d);
+  const double distance = length(nearest[0], nearest[1], nearest[2]);
   const auto beyond = [](double far, double within) { return std::max(far - within, 0.0); };
   const double b = shape_.half_length * shape_.axis_ratio;
   const NeighbourBound near(o, d, distance, reach);

@@ -37,6 +37,8 @@ class Bar : public Component {
   void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
   ColumnScale column_scale(const double nearest[3], const double direction[3],
                            double reach) const override;
+  double column_brightness(const double nearest[3], const double direction[3],
+                           double reach) const override;
   double face_on_column() const override { return 2 * shape_.z0; }
   bool varies_around_axis() const override { return true; }
 
@@ -47,10 +49,6 @@ class Bar : public Component {
   /// S without ansae.
   double body(double m) const;
   double height(double u) const;
-  /// Approximate largest value of the envelope along a ray and its neighbours within `reach`, as a
-  /// share of its peak. The ray o + t d is in coordinates (u, v, z) and passes the centre at
-  /// `distance`.
-  double brightness(const double o[3], const double d[3], double distance, double reach) const;
   /// Integral of the envelope along z at a place in the plane, divided by S.
   double column(double u, double v) const;
   double integral_of_body() const;

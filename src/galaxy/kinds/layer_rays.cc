@@ -80,7 +80,14 @@ bool Layer::hides_texture(double footprint) const {
                           stretch_of(texture()->twirl() * largest_shear_));
 }
 
-double Layer::brightness(const double nearest[3], const double direction[3], double reach) const {
+double Layer::column_brightness(const double nearest[3], const double direction[3],
+                                double reach) const {
+  if (is_warped()) return std::min(warped_brightness(nearest, direction, reach), 1.0);
+  return std::min(flat_brightness(nearest, direction, reach), 1.0);
+}
+
+double Layer::flat_brightness(const double nearest[3], const double direction[3],
+                              double reach) const {
   double o[3], d[3];
   law_.stretch(nearest, o);
   law_.stretch(direction, d);
@@ -89,7 +96,6 @@ double Layer::brightness(const double nearest[3], const double direction[3], dou
   const NeighbourBound near(o, d, distance, reach);
   const double far = near.far, plane = std::clamp(near.plane, -far, far);
   const double sideways = reach / shape_.radial.axis_ratio;
-  const auto height_at = [&](double m) { return shape_.z0 * shape_.flare_at(std::min(m, 1.0)); };
   const double across = std::abs(d[2]) / height_at(m_at(plane));
   if (shape_.radial.is_ring()) {
     const double within = across > 0 ? seen_heights / across + near.neighbours : far;
@@ -106,6 +112,8 @@ double Layer::brightness(const double nearest[3], const double direction[3], dou
   };
   return near.largest(across > 0 ? 1 / across : far, bound);
 }
+
+double Layer::height_at(double m) const { return shape_.z0 * shape_.flare_at(std::min(m, 1.0)); }
 
 double Layer::texture_scale(double r) const {
   // Arms extend over many rays, whose errors average out like those of a texture.
@@ -140,9 +148,49 @@ ColumnScale Layer::column_scale(const double nearest[3], const double direction[
   double scale = crossing_scale(std::abs(direction[2]), distance - reach);
   const double r = std::max(plane_radius(nearest, direction) - reach, 0.0);
   if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * minor_length()));
-  return {.envelope = scale,
-          .texture = texture_scale(r),
-          .brightness = std::min(brightness(nearest, direction, reach), 1.0)};
+  return {.envelope = scale, .texture = texture_scale(r)};
+}
+
+namespace {
+
+/// A ray and its neighbours through a warped layer, up to where a neighbour leaves the ball.
+struct WarpedNeighbours {
+  WarpedNeighbours(const LayerWarp& warp, const double nearest[3], const double direction[3],
+                   double reach)
+      : inside(std::max(length(nearest[0], nearest[1], nearest[2]) - reach, 0.0)),
+        far(std::sqrt(std::max(1 - inside * inside, 0.0))),
+        steepest(warp.steepest(1)),
+        sinking(reach * length(1.0, steepest)),
+        ray(warp, nearest, direction, -far, far, steepest) {}
+
+  double inside;    ///< least distance of a neighbour from the centre
+  double far;       ///< half of the longest chord
+  double steepest;  ///< slope of the mid-plane
+  double sinking;   ///< largest difference of a neighbour's height above the mid-plane
+  WarpedRay ray;
+};
+
+}  // namespace
+
+double Layer::warped_brightness(const double nearest[3], const double direction[3],
+                                double reach) const {
+  const WarpedNeighbours near(shape_.warp, nearest, direction, reach);
+  double o[3], d[3];
+  law_.stretch(nearest, o);
+  law_.stretch(direction, d);
+  const auto m_at = [&](double t) { return length(o[0] + t * d[0], o[1] + t * d[1]); };
+  const double sideways = reach / shape_.radial.axis_ratio;
+  const double half_way = 0.5 * near.ray.step() * length(d[0], d[1]);
+  double brightness = 0;
+  for (int i = 0; i < WarpedRay::steps; ++i) {
+    const double middle = 0.5 * (m_at(near.ray.t_at(i)) + m_at(near.ray.t_at(i + 1)));
+    const double low = std::max(middle - half_way - sideways, 0.0);
+    const double high = middle + half_way + sideways;
+    const double above = std::max(near.ray.least(i) - near.sinking, 0.0);
+    const double cosh = std::cosh(std::min(above / height_at(high), 300.0));
+    brightness = std::max(brightness, law_.bound(low, high) / (law_.peak() * cosh * cosh));
+  }
+  return brightness;
 }
 
 ColumnScale Layer::warped_column_scale(const double nearest[3], const double direction[3],
@@ -151,31 +199,8 @@ ColumnScale Layer::warped_column_scale(const double nearest[3], const double dir
   const double r_limit = std::min(law_.limit(-seen_lengths), 1.0);
   const double farthest = std::max(law_.limit(-seen_lengths), seen_lengths * shape_.z0);
   if (distance - reach > farthest + shape_.warp.most(r_limit)) return {};
-  // Neighbours enter the ball where this ray may not.
-  const double inside = std::max(distance - reach, 0.0);
-  const double far = std::sqrt(std::max(1 - inside * inside, 0.0));
-  const double steepest = shape_.warp.steepest(1);
-  const WarpedRay warped(shape_.warp, nearest, direction, -far, far, steepest);
-  double o[3], d[3];
-  law_.stretch(nearest, o);
-  law_.stretch(direction, d);
-  const auto m_at = [&](double t) { return length(o[0] + t * d[0], o[1] + t * d[1]); };
-  const auto height_at = [&](double m) { return shape_.z0 * shape_.flare_at(std::min(m, 1.0)); };
-  // The largest envelope on a step of the ray and its neighbours.
-  const double sideways = reach / shape_.radial.axis_ratio;
-  const double sinking = reach * length(1.0, steepest);
-  const double half_way = 0.5 * warped.step() * length(d[0], d[1]);
-  double brightness = 0;
-  for (int i = 0; i < WarpedRay::steps; ++i) {
-    const double m0 = m_at(warped.t_at(i)), m1 = m_at(warped.t_at(i + 1));
-    const double middle = 0.5 * (m0 + m1);
-    const double low = std::max(middle - half_way - sideways, 0.0);
-    const double high = middle + half_way + sideways;
-    const double above = std::max(warped.least(i) - sinking, 0.0);
-    const double cosh = std::cosh(std::min(above / height_at(high), 300.0));
-    brightness = std::max(brightness, law_.bound(low, high) / (law_.peak() * cosh * cosh));
-  }
-  if (brightness < std::exp(-2 * seen_heights)) return {};
+  if (warped_brightness(nearest, direction, reach) < std::exp(-2 * seen_heights)) return {};
+  const WarpedNeighbours near(shape_.warp, nearest, direction, reach);
   double scale = HUGE_VAL, nearest_axis = HUGE_VAL;
   const auto add = [&](double cosine, double r) {
     scale = std::min(scale, crossing_scale(cosine, distance - reach));
@@ -183,10 +208,10 @@ ColumnScale Layer::warped_column_scale(const double nearest[3], const double dir
   };
   const double from_axis = std::abs(nearest[0] * direction[1] - nearest[1] * direction[0]) /
                            std::max(length(direction[0], direction[1]), least_divisor);
-  for (const WarpedRay::Pass& pass : warped.passes()) {
+  for (const WarpedRay::Pass& pass : near.ray.passes()) {
     const double x = nearest[0] + pass.t * direction[0], y = nearest[1] + pass.t * direction[1];
     const double r = length(x, y);
-    if (r > 1 || pass.height - sinking > seen_heights * height_at(r)) continue;
+    if (r > 1 || pass.height - near.sinking > seen_heights * height_at(r)) continue;
     // A neighbour that is closer to a fold passes at a smaller angle.
     const double slope2 = std::max(pass.slope * pass.slope - 2 * pass.curvature * reach, 0.0);
     add(std::min(std::sqrt(slope2) / length(1.0, shape_.warp.steepest(r)), 1.0), r);
@@ -194,7 +219,7 @@ ColumnScale Layer::warped_column_scale(const double nearest[3], const double dir
   if (nearest_axis == HUGE_VAL) add(0, from_axis);
   const double r = nearest_axis;
   if (!shape_.radial.is_ring()) scale = std::min(scale, length(r, cusp_lengths * minor_length()));
-  return {.envelope = scale, .texture = texture_scale(r), .brightness = std::min(brightness, 1.0)};
+  return {.envelope = scale, .texture = texture_scale(r)};
 }
 
 /// A ray through a layer, in the coordinates of RadialLaw::stretch().

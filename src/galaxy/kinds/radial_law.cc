@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
-#include <mutex>
 #include <numbers>
 
+#include "core/shared_values.h"
 #include "galaxy/running_sums.h"
 #include "gamer/core/bound_parameter.h"
 #include "gamer/core/error.h"
@@ -70,8 +69,7 @@ RadialLaw::RadialLaw(double rh, double inner, const RadialShape& shape)
 std::shared_ptr<const std::vector<double>> RadialLaw::shared_integrals() const {
   // All numbers on which the integrals depend.
   using Key = std::array<double, 8>;
-  static std::mutex mutex;
-  static std::map<Key, std::weak_ptr<const std::vector<double>>> known;
+  static SharedValues<Key, std::vector<double>> known;
   const Key key{rh_,
                 end_,
                 shape_.break_radius,
@@ -80,15 +78,12 @@ std::shared_ptr<const std::vector<double>> RadialLaw::shared_integrals() const {
                 shape_.ring_radius,
                 shape_.ring_width,
                 shape_.ring_outer_width};
-  const std::lock_guard lock(mutex);
-  std::erase_if(known, [](const auto& entry) { return entry.second.expired(); });
-  std::weak_ptr<const std::vector<double>>& entry = known[key];
-  if (auto integrals = entry.lock()) return integrals;
-  auto integrals = std::make_shared<std::vector<double>>(
-      running_sums(steps, [&](double x) { return end_ * x * std::exp(logarithm(end_ * x)); }));
-  for (double& share : *integrals) share /= integrals->back();
-  entry = integrals;
-  return integrals;
+  return known.find(key, [&] {
+    auto integrals = std::make_shared<std::vector<double>>(
+        running_sums(steps, [&](double x) { return end_ * x * std::exp(logarithm(end_ * x)); }));
+    for (double& share : *integrals) share /= integrals->back();
+    return integrals;
+  });
 }
 
 double RadialLaw::logarithm(double m) const {

@@ -94,6 +94,11 @@ class GalaxyStatistics {
   }
   const std::vector<Part>& of(Round round) const { return parts_[static_cast<std::size_t>(round)]; }
   std::vector<Part>& of(Round round) { return parts_[static_cast<std::size_t>(round)]; }
+  /// Whether the texture of component c takes the statistics of its reference, which is measured
+  /// before. They are equal where both have one seed. In a galaxy of fixed flux, expectations over
+  /// all seeds suffice, since its own rays fix each component's light.
+  bool adopts_texture(std::size_t c) const;
+  void adopt_texture(std::size_t c);
   /// Takes the statistics of component c's texture over its first cloud, once. The component that
   /// it follows must come first.
   void normalise(std::size_t c);

@@ -55,6 +55,8 @@ class Layer : public Component {
   void plan(const BallRay& ray, const Accuracy& accuracy, RayPlan& out) const override;
   ColumnScale column_scale(const double nearest[3], const double direction[3],
                            double reach) const override;
+  double column_brightness(const double nearest[3], const double direction[3],
+                           double reach) const override;
   double texture_frequency() const override;
   bool hides_texture(double footprint) const override;
   double face_on_column() const override { return 2 * shape_.z0 * law_.peak(); }
@@ -92,8 +94,11 @@ class Layer : public Component {
   /// Nodes per length that the texture needs on a ray of this speed.
   double texture_rate(const BallRay& ray, double speed) const;
   /// Approximate largest value of sech^2(z/h) f along a ray and its neighbours within `reach`, as a
-  /// share of the peak of f. `nearest` is the ray's point closest to the centre.
-  double brightness(const double nearest[3], const double direction[3], double reach) const;
+  /// share of the peak of f, where the layer has no warp or has one.
+  double flat_brightness(const double nearest[3], const double direction[3], double reach) const;
+  double warped_brightness(const double nearest[3], const double direction[3], double reach) const;
+  /// The scale height h at a radius m of RadialLaw.
+  double height_at(double m) const;
   /// Narrows a path within a radius to the part within `limit` of the warped mid-plane; false where
   /// there is none.
   bool narrow(const BallRay& ray, double limit, double radius, Path& path) const;
