@@ -38,7 +38,7 @@ struct DustRays {
   std::size_t width_count, heights;
   std::vector<WeightedBatch>
       columns;  ///< places where rays meet the plane, weighted with their area
-  std::vector<BatchArray> brightness;  ///< brightness of light at these places
+  std::span<const BatchArray> brightness;  ///< brightness of light at these places
   /// Octaves at every point, [(batch * heights + height) * width_count + width], and the factor
   /// that turns Phi into a depth.
   std::unique_ptr<SeenNoise[]> seen;
@@ -47,7 +47,8 @@ struct DustRays {
   /// Depths along the rays, by variants: [variant * batches + b].
   std::vector<BatchArray> depths(std::size_t width, double coherence,
                                  std::span<const double> deviations) const;
-  /// Mean of `term`(depth) over rays and variants, by area or also by the light.
+  /// Mean of `term`(depth) over rays and variants, by area or also by the light where the ray meets
+  /// the plane.
   template <class Term>
   double mean(const std::vector<BatchArray>& values, bool by_light, Term&& term) const;
   double amount(const std::vector<BatchArray>& values) const {
@@ -159,13 +160,17 @@ void to_steps(float step, const Points& points, BatchArray& envelope, BatchArray
   }
 }
 
-DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_t rays,
-                    std::span<const double> widths) {
+std::size_t number_of_rays(const Galaxy& galaxy) {
+  return is_coarse_closure(galaxy) ? coarse_rays : coherence_rays;
+}
+
+DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path,
+                    std::span<const double> widths, std::span<const BatchArray> light) {
   const Component& dust = *galaxy.components()[c];
   const SeenTextures textures(galaxy);
   const Texture* texture = dust.texture();
   const auto heights = static_cast<std::size_t>(std::round(coherence_heights * std::sqrt(path)));
-  ColumnCloud cloud = dust.columns(rays, heights);
+  ColumnCloud cloud = dust.columns(number_of_rays(galaxy), heights);
   const std::size_t batches = cloud.columns.size();
   const std::size_t places = batches * heights;
   DustRays result{
@@ -173,14 +178,9 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
       widths.size(),
       heights,
       {},
-      std::vector<BatchArray>(batches),
+      light,
       std::make_unique_for_overwrite<SeenNoise[]>(texture != nullptr ? places * widths.size() : 0),
       std::make_unique_for_overwrite<BatchArray[]>(places * widths.size())};
-  // Transmission is weighted with the light where the ray meets the plane, and the amount of dust
-  // with the area.
-  parallel_for(batches, [&](std::size_t b) {
-    add_light(galaxy, c, cloud.columns[b], result.brightness[b]);
-  });
   const auto slope = static_cast<float>(std::sqrt(path * path - 1));
   const Directions to;
   const double mean = galaxy.calibration().means[c].narrowest();
@@ -223,15 +223,24 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path, std::size_
 
 bool is_coarse_closure(const Galaxy& galaxy) { return galaxy.most_cloud_points() <= coarse_points; }
 
+std::vector<BatchArray> light_behind_dust(const Galaxy& galaxy, std::size_t c) {
+  constexpr std::size_t heights = 1;
+  ColumnCloud cloud = galaxy.components()[c]->columns(number_of_rays(galaxy), heights);
+  std::vector<BatchArray> light(cloud.columns.size());
+  parallel_for(light.size(),
+               [&](std::size_t b) { add_light(galaxy, c, cloud.columns[b], light[b]); });
+  return light;
+}
+
 DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std::size_t obliquity,
-                                       std::span<const double> widths) {
+                                       std::span<const double> widths,
+                                       std::span<const BatchArray> light) {
   DustClosureValues result;
   if (widths.empty()) return result;
   std::vector<double> with_all(widths.begin(), widths.end());
   with_all.push_back(0);
   const DustRays traced =
-      trace_dust(galaxy, c, DustClosure::obliquities[obliquity],
-                 is_coarse_closure(galaxy) ? coarse_rays : coherence_rays, with_all);
+      trace_dust(galaxy, c, DustClosure::obliquities[obliquity], with_all, light);
   const std::vector<BatchArray> all = traced.depths(widths.size(), 1, {});
   const double whole = traced.amount(all), wanted = traced.light(all, 1);
   if (!(whole > 0) || !std::isfinite(whole) || !std::isfinite(wanted)) return result;

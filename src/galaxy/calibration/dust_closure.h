@@ -25,10 +25,15 @@ inline constexpr double largest_closure_footprint = 1.0 / 9;
 /// as the dust, and the closure does not depend on other components.
 bool is_coarse_closure(const Galaxy& galaxy);
 
+/// The light behind component c, which absorbs, where the rays of measure_dust_closure() meet the
+/// plane: [batch].
+std::vector<BatchArray> light_behind_dust(const Galaxy& galaxy, std::size_t c);
+
 /// Measures the closure of component c, which absorbs, for rays of one of DustClosure::obliquities
-/// and the given widths. The measurement traces rays through the whole texture and through the
-/// texture that each width sees. The variance of the coherent part is chosen so that both transmit
-/// equal light. The galaxy's means of textures must have been measured.
+/// and the given widths. `light` is light_behind_dust() of this component. The measurement traces
+/// rays through the whole texture and through the texture that each width sees. The variance of the
+/// coherent part is chosen so that both transmit equal light. The galaxy's means of textures must
+/// have been measured.
 DustClosureValues measure_dust_closure(const Galaxy& galaxy, std::size_t c, std::size_t obliquity,
                                        std::span<const double> widths);
 

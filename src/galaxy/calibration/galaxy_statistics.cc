@@ -130,8 +130,12 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
       return;
     case Round::closure:
       if (component_at(c).absorbs()) {
+        // All obliquities have the light in common.
+        if (light_behind_.empty()) light_behind_.resize(galaxy_.components().size());
+        if (light_behind_[c].empty()) light_behind_[c] = light_behind_dust(galaxy_, c);
         const std::vector<double> widths = dust_widths(c);
-        const DustClosureValues closure = measure_dust_closure(galaxy_, c, index, measured(widths));
+        const DustClosureValues closure =
+            measure_dust_closure(galaxy_, c, index, measured(widths), light_behind_[c]);
         writer.add(closure.coherences);
         writer.add(closure.amounts);
         return;
@@ -186,6 +190,7 @@ void GalaxyStatistics::finish(Round round) {
     case Round::means: return plan_slices();
     case Round::larger: return make_tables();
     case Round::closure:
+      light_behind_ = {};
       if (is_reference()) {
         calibration_.dust = std::make_shared<const std::vector<DustClosure>>(dust_);
         calibration_.closure_range = footprints_;

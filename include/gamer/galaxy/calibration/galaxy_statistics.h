@@ -158,6 +158,7 @@ class GalaxyStatistics {
   std::vector<LargerCloud> larger_;
   GalaxyCalibration calibration_;
   std::vector<DustClosure> dust_;  ///< the closure, for each component of a reference
+  std::vector<std::vector<BatchArray>> light_behind_;  ///< light_behind_dust() of each component
 };
 
 }  // namespace gamer
