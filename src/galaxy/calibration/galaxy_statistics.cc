@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/shared_values.h"
 #include "galaxy/calibration/dust_closure.h"
 #include "galaxy/calibration/seen_textures.h"
 #include "gamer/core/error.h"
@@ -130,12 +131,9 @@ void GalaxyStatistics::measure(Round round, std::size_t part, std::span<double> 
       return;
     case Round::closure:
       if (component_at(c).absorbs()) {
-        // All obliquities have the light in common.
-        if (light_behind_.empty()) light_behind_.resize(galaxy_.components().size());
-        if (light_behind_[c].empty()) light_behind_[c] = light_behind_dust(galaxy_, c);
         const std::vector<double> widths = dust_widths(c);
         const DustClosureValues closure =
-            measure_dust_closure(galaxy_, c, index, measured(widths), light_behind_[c]);
+            measure_dust_closure(galaxy_, c, index, measured(widths), light_behind(c));
         writer.add(closure.coherences);
         writer.add(closure.amounts);
         return;
@@ -316,6 +314,17 @@ double GalaxyStatistics::share(std::size_t c) const {
 
 std::size_t GalaxyStatistics::first_points() const {
   return std::min(first_cloud, galaxy_.most_cloud_points());
+}
+
+const std::vector<BatchArray>& GalaxyStatistics::light_behind(std::size_t c) {
+  static SharedValues<std::string, std::vector<BatchArray>> known;
+  light_behind_.resize(galaxy_.components().size());
+  if (light_behind_[c] == nullptr) {
+    light_behind_[c] = known.find(light_behind_text(c), [&] {
+      return std::make_shared<std::vector<BatchArray>>(light_behind_dust(galaxy_, c));
+    });
+  }
+  return *light_behind_[c];
 }
 
 bool GalaxyStatistics::adopts_texture(std::size_t c) const {

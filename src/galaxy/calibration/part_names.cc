@@ -38,20 +38,29 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
       return text;
     }
     case Round::closure: {
-      text += fmt::format(" closure {} {:a}", index, component_at(c).amplitude());
-      if (!component_at(c).absorbs()) return text;
-      // The light behind the dust comes from all components that emit.
-      for (const auto& component : galaxy_.components()) {
-        if (component->absorbs() || is_coarse_closure(galaxy_)) continue;
-        text += fmt::format(" {} {:a}", component->digests().envelope,
-                            std::as_const(*component).amplitude());
-      }
+      text += fmt::format(" closure {}", index);
+      if (!component_at(c).absorbs())
+        return text + fmt::format(" {:a}", component_at(c).amplitude());
+      text += light_behind_text(c);
       const std::vector<double> widths = dust_widths(c);
       append_widths(measured(widths), text);
       return text;
     }
   }
   throw std::logic_error("unknown round");
+}
+
+std::string GalaxyStatistics::light_behind_text(std::size_t c) const {
+  const auto text_of = [](const Component& component) {
+    return fmt::format(" {} {:a}", component.digests().envelope, component.amplitude());
+  };
+  std::string text = text_of(component_at(c));
+  if (is_coarse_closure(galaxy_)) return text + " coarse";
+  // The light comes from all components that emit.
+  for (const auto& component : galaxy_.components()) {
+    if (!component->absorbs()) text += text_of(*component);
+  }
+  return text;
 }
 
 }  // namespace gamer

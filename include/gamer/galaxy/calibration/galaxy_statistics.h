@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <iterator>
+#include <memory>
 #include <span>
 #include <string>
 #include <vector>
@@ -102,6 +103,10 @@ class GalaxyStatistics {
   /// Takes the statistics of component c's texture over its first cloud, once. The component that
   /// it follows must come first.
   void normalise(std::size_t c);
+  /// light_behind_dust() of component c.
+  const std::vector<BatchArray>& light_behind(std::size_t c);
+  /// A text of all that decides light_behind_dust() of component c.
+  std::string light_behind_text(std::size_t c) const;
   /// Makes means_ and the parts of the rounds after the first.
   void plan_means();
   void plan_slices();
@@ -158,7 +163,8 @@ class GalaxyStatistics {
   std::vector<LargerCloud> larger_;
   GalaxyCalibration calibration_;
   std::vector<DustClosure> dust_;  ///< the closure, for each component of a reference
-  std::vector<std::vector<BatchArray>> light_behind_;  ///< light_behind_dust() of each component
+  /// light_behind_dust() of each component. Galaxies whose light differs in nothing share it.
+  std::vector<std::shared_ptr<const std::vector<BatchArray>>> light_behind_;
 };
 
 }  // namespace gamer
