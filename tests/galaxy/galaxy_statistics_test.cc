@@ -265,38 +265,63 @@ TEST(GalaxyStatistics, WhatARayMeetsDoesNotDependOnItsNeighbours) {
   }
 }
 
-TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
-  using Round = GalaxyStatistics::Round;
-  const auto parts_of = [](Galaxy& galaxy) {
-    GalaxyStatistics statistics(galaxy);
-    std::vector<double> numbers(statistics.most_numbers());
-    std::vector<std::size_t> parts;
-    for (const Round round : GalaxyStatistics::rounds) {
-      parts.push_back(statistics.parts(round));
-      for (std::size_t part = 0; part < parts.back(); ++part) {
-        const Component& component = *galaxy.components()[statistics.component(round, part)];
-        EXPECT_NE(component.kind(), "bulge");
-        statistics.measure(round, part, numbers);
-        statistics.take(round, part, numbers);
-      }
-      statistics.finish(round);
+/// The number of a galaxy's parts, by round. Measures them.
+std::vector<std::size_t> measured_parts_of(Galaxy& galaxy, FootprintRange footprints = {}) {
+  GalaxyStatistics statistics(galaxy, footprints);
+  std::vector<double> numbers(statistics.most_numbers());
+  std::vector<std::size_t> parts;
+  for (const auto round : GalaxyStatistics::rounds) {
+    parts.push_back(statistics.parts(round));
+    for (std::size_t part = 0; part < parts.back(); ++part) {
+      const Component& component = *galaxy.components()[statistics.component(round, part)];
+      EXPECT_NE(component.kind(), "bulge");
+      statistics.measure(round, part, numbers);
+      statistics.take(round, part, numbers);
     }
-    return parts;
-  };
+    statistics.finish(round);
+  }
+  return parts;
+}
+
+TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
   const auto galaxy = read_galaxy(all_parts, quick_settings());
-  // Six textures: a follower, a disk, associations, a star field and two kinds of dust. Seven
-  // means: those of the textures and of the follower without one. One number more: the star field's
-  // largest Phi.
-  const std::vector<std::size_t> parts = parts_of(*galaxy);
-  EXPECT_EQ(parts[0], 6u);
+  // Six textures: a follower, a disk, associations, a star field and two kinds of dust. Two kinds
+  // of dust have means and closures, each for three obliquities.
+  EXPECT_EQ(measured_parts_of(*galaxy->reference()), (std::vector<std::size_t>{6, 2, 0, 2 * 3}));
+  // Textures are those of the reference, which has the same seed. Seven means: those of the
+  // textures and of the follower without one. One number more: the star field's largest Phi.
+  const std::vector<std::size_t> parts = measured_parts_of(*galaxy);
+  EXPECT_EQ(parts[0], 0u);
   EXPECT_EQ(parts[1], 7u);
   EXPECT_EQ(parts[3], 1u);
-  // Two kinds of dust, each of three obliquities.
-  EXPECT_EQ(parts_of(*galaxy->reference()), (std::vector<std::size_t>{6, 2, 0, 2 * 3}));
   const auto smooth = read_galaxy(
       "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n", quick_settings());
-  EXPECT_EQ(parts_of(*smooth), (std::vector<std::size_t>{0, 0, 0, 0}));
+  EXPECT_EQ(measured_parts_of(*smooth), (std::vector<std::size_t>{0, 0, 0, 0}));
   EXPECT_EQ(smooth->reference(), nullptr);
+}
+
+TEST(GalaxyStatistics, OfFixedFluxAreThoseOfTheReference) {
+  GalaxySettings settings = quick_settings();
+  settings.accuracy = Accuracy::from_tolerance(1e-2);
+  settings.seed = 5;
+  const auto statistics_of = [](const Galaxy& galaxy) {
+    std::vector<std::vector<double>> all;
+    for (const auto& component : galaxy.components()) {
+      if (component->texture() != nullptr) all.push_back(component->texture()->statistics());
+    }
+    return all;
+  };
+  FootprintRange of_fixed_flux;
+  of_fixed_flux.needs_light_means = false;
+  const auto galaxy = read_galaxy(all_parts, settings);
+  EXPECT_THROW(measured_parts_of(*galaxy, of_fixed_flux), std::logic_error);
+  measured_parts_of(*galaxy->reference(), of_fixed_flux);
+  // Only the means of two kinds of dust are measured.
+  EXPECT_EQ(measured_parts_of(*galaxy, of_fixed_flux), (std::vector<std::size_t>{0, 2, 0, 0}));
+  EXPECT_EQ(statistics_of(*galaxy), statistics_of(*galaxy->reference()));
+  // In relative units each seed has statistics of its own.
+  EXPECT_EQ(measured_parts_of(*galaxy)[0], 6u);
+  EXPECT_NE(statistics_of(*galaxy), statistics_of(*galaxy->reference()));
 }
 
 /// The parts of a galaxy and its reference, by name, without zeros at their end.

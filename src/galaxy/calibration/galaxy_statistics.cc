@@ -335,8 +335,12 @@ bool GalaxyStatistics::adopts_texture(std::size_t c) const {
 }
 
 void GalaxyStatistics::adopt_texture(std::size_t c) {
-  const Component& measured = *std::as_const(*galaxy_.reference()).components()[c];
-  galaxy_.components()[c]->texture()->restore(measured.texture()->statistics());
+  const Galaxy& reference = *galaxy_.reference();
+  const FootprintRange measured = reference.calibration().closure_range;
+  if (measured.narrowest > measured.widest) {
+    throw std::logic_error("a galaxy's reference must be measured first");
+  }
+  galaxy_.components()[c]->texture()->restore(reference.components()[c]->texture()->statistics());
   is_normalised_[c] = true;
 }
 

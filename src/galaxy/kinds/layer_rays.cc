@@ -347,7 +347,7 @@ void Layer::add_warped_plane(const BallRay& ray, const Path& path, RayPlan& out)
   const WarpedRay warped(shape_.warp, ray.origin, ray.direction, begin, end, 0);
   for (const WarpedRay::Pass& pass : warped.passes()) {
     const double r = length(o[0] + pass.t * d[0], o[1] + pass.t * d[1]);
-    const double h = shape_.z0 * shape_.flare_at(std::min(r, 1.0));
+    const double h = height_at(r);
     if (pass.height > seen_heights * h) continue;
     // Next to a fold the height changes by h over sqrt(h/curvature).
     add(pass.t, length(pass.slope, std::sqrt(pass.curvature * h)) / h);

@@ -99,6 +99,7 @@ class GalaxyStatistics {
   /// before. They are equal where both have one seed. In a galaxy of fixed flux, expectations over
   /// all seeds suffice, since its own rays fix each component's light.
   bool adopts_texture(std::size_t c) const;
+  /// Throws std::logic_error where the reference is not measured.
   void adopt_texture(std::size_t c);
   /// Takes the statistics of component c's texture over its first cloud, once. The component that
   /// it follows must come first.
