@@ -16,6 +16,9 @@ namespace {
 // The sampled pixels are runs of neighbours in some rows. The tone takes the noise from differences
 // of neighbours.
 constexpr int most_rows = 96, most_runs = 24, run_length = 4, most_galaxies = 16;
+/// Smallest radius, relative to the largest, of a galaxy whose centre decides the white. The nuclei
+/// of a galaxy's background would make the galaxy dark.
+constexpr double least_radius = 0.25;
 /// Distance from a galaxy's centre at which its light is taken as white, in bounding radii. In
 /// zooms the unit is the radius of a circle of the window's area. Within twice this distance are
 /// 1e-4 of a round galaxy's pixels, the share that automatic_tone() lets be brighter than white.
@@ -72,7 +75,8 @@ struct SeenGalaxy {
   double radius;
 };
 
-/// The galaxies of the largest bounding radii whose centres are in the window.
+/// The galaxies of the largest bounding radii whose centres are in the window, without those much
+/// smaller than the largest.
 std::vector<SeenGalaxy> largest_galaxies(const RenderJob& job) {
   const ImageRegion& window = job.camera.window();
   std::vector<SeenGalaxy> found;
@@ -87,6 +91,8 @@ std::vector<SeenGalaxy> largest_galaxies(const RenderJob& job) {
   }
   std::ranges::stable_sort(found, std::greater<>(), &SeenGalaxy::radius);
   if (found.size() > most_galaxies) found.resize(most_galaxies);
+  const double least = found.empty() ? 0 : least_radius * found.front().radius;
+  std::erase_if(found, [&](const SeenGalaxy& galaxy) { return galaxy.radius < least; });
   return found;
 }
 
