@@ -27,6 +27,8 @@ constexpr double light_sigmas = 3;
 constexpr double balance = 0.5;
 constexpr double white_quantile = 0.9999;
 constexpr double reference_light = 0.8;
+/// Number of pixels whose mean colour counts in the balance of green.
+constexpr int colour_group = 64;
 
 /// Weight of each plane in each channel; there is one channel (grey) or three.
 std::vector<std::vector<double>> channel_weights(int planes,
@@ -180,21 +182,57 @@ Sky measure_sky(const Sample& sample) {
   return {low + black_sigmas * sigma, sigma};
 }
 
-/// Sums of v - black of each channel over the pixels in which some channel is light. A choice of
-/// pixels by channel would lose most of a faint channel's light and change the colour.
-std::array<double, 3> sum_light(const std::vector<std::vector<double>>& channels,
-                                const std::array<double, 3>& black,
-                                const std::array<double, 3>& sigma) {
-  std::array<double, 3> light{};
+/// Calls use(light) with v - black of each channel in the pixels in which some channel is light. A
+/// choice of pixels by channel would lose most of a faint channel's light and change the colour.
+template <class Use>
+void for_each_light(const std::vector<std::vector<double>>& channels,
+                    const std::array<double, 3>& black, const std::array<double, 3>& sigma,
+                    const Use& use) {
   for (std::size_t i = 0; i < channels.front().size(); ++i) {
+    std::array<double, 3> light{};
     bool is_light = false;
     for (std::size_t c = 0; c < channels.size(); ++c) {
-      is_light = is_light || channels[c][i] - black[c] > light_sigmas * sigma[c];
+      light[c] = channels[c][i] - black[c];
+      is_light = is_light || light[c] > light_sigmas * sigma[c];
     }
-    if (!is_light) continue;
-    for (std::size_t c = 0; c < channels.size(); ++c) light[c] += channels[c][i] - black[c];
+    if (is_light) use(light);
   }
-  return light;
+}
+
+/// The excess of green at which half of the light is greener: g over the geometric mean of r and b,
+/// each times its factor. Sums over groups of successive pixels count, which have little noise.
+/// 1 where no group has light in all channels.
+double median_green(const std::vector<std::vector<double>>& channels,
+                    const std::array<double, 3>& black, const std::array<double, 3>& sigma,
+                    const std::array<double, 3>& factor) {
+  struct Group {
+    double excess, light;
+  };
+  std::vector<Group> groups;
+  std::array<double, 3> sum{};
+  int pixels = 0;
+  double whole = 0;
+  const auto end_group = [&] {
+    const double r = factor[0] * sum[0], g = factor[1] * sum[1], b = factor[2] * sum[2];
+    if (r > 0 && g > 0 && b > 0) {
+      groups.push_back({g / std::sqrt(r * b), r + g + b});
+      whole += groups.back().light;
+    }
+    sum.fill(0);
+    pixels = 0;
+  };
+  for_each_light(channels, black, sigma, [&](const std::array<double, 3>& light) {
+    for (std::size_t c = 0; c < 3; ++c) sum[c] += light[c];
+    if (++pixels == colour_group) end_group();
+  });
+  end_group();
+  std::ranges::stable_sort(groups, {}, &Group::excess);
+  double below = 0;
+  for (const Group& group : groups) {
+    below += group.light;
+    if (2 * below >= whole) return group.excess;
+  }
+  return 1;
 }
 
 /// The slope for which asinh(slope reference)/asinh(slope white) is the reference level; this ratio
@@ -398,18 +436,20 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
     tone.black[c] = black ? (*black)[c] : sky.level;
     samples.push_back(std::move(sample.values));
   }
-  std::array<double, 3> light = sum_light(samples, tone.black, sigma);
-  for (std::size_t c = 0; c < planes; ++c) light[c] *= channel_factors[c];
+  std::array<double, 3> light{};
+  for_each_light(samples, tone.black, sigma, [&](const std::array<double, 3>& of_pixel) {
+    for (std::size_t c = 0; c < planes; ++c) light[c] += channel_factors[c] * of_pixel[c];
+  });
   const double mean_light =
       std::accumulate(light.begin(), light.end(), 0.0) / static_cast<double>(planes);
   for (std::size_t c = 0; c < planes; ++c) {
     if (light[c] > 0 && mean_light > 0) tone.factor[c] = std::pow(mean_light / light[c], balance);
   }
+  for (std::size_t c = 0; c < planes; ++c) tone.factor[c] *= channel_factors[c];
   // Stars differ in redness or blueness, but are never green.
   if (planes == 3 && *std::ranges::min_element(light) > 0) {
-    tone.factor[1] = std::sqrt(tone.factor[0] * light[0] * tone.factor[2] * light[2]) / light[1];
+    tone.factor[1] /= median_green(samples, tone.black, sigma, tone.factor);
   }
-  for (std::size_t c = 0; c < planes; ++c) tone.factor[c] *= channel_factors[c];
   if (factor) tone.factor = *factor;
   double variance = 0;
   for (std::size_t c = 0; c < planes; ++c) {

@@ -538,6 +538,23 @@ TEST(AutomaticTone, BalanceOfAFaintNoisyChannelIsThatWithoutNoise) {
               std::pow(light[2] * std::pow(light[0], 3), 0.25) / light[1], 0.0035);
 }
 
+TEST(AutomaticTone, RedRegionsDoNotMakeTheRestGreen) {
+  // A tenth of the rows is three times as red. Half of the image is black.
+  constexpr int size = 128;
+  Image image(size, size, 3);
+  for (int y = 0; y < size / 2; ++y) {
+    for (int x = 0; x < size; ++x) {
+      image.at(x, y, 0) = y % 10 == 0 ? 6 : 2;
+      image.at(x, y, 1) = 1.5;
+      image.at(x, y, 2) = 1;
+    }
+  }
+  const std::vector<PlanePtr> planes = {memory_plane(image, 0), memory_plane(image, 1),
+                                        memory_plane(image, 2)};
+  const PictureTone tone = automatic_tone(picture_channels(planes, {}), 1);
+  EXPECT_NEAR(tone.factor[1] * 1.5, std::sqrt(tone.factor[0] * 2 * tone.factor[2] * 1), 1e-12);
+}
+
 TEST(AutomaticTone, SixteenBits) {
   EXPECT_EQ(to_16_bits(0.5), 32768);
   EXPECT_EQ(to_16_bits(-1), 0);

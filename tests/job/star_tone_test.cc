@@ -19,6 +19,10 @@ const char* const bulge_with_stars =
     "[[component]]\nclass = \"starfield\"\nsed = \"flat\"\nz0 = 0.05\n"
     "fraction = 0.1\nnumber = 30000\n";
 
+const char* const bright =
+    "[[component]]\nclass = \"sersic\"\nsed = \"flat\"\nindex = 1\neffective_radius = 0.1\n"
+    "intensity = 1e4\n";
+
 RenderJob job_of(const std::string& size, const std::string& rows) {
   const std::string parameters =
       "[image]\nsize = " + size +
@@ -27,7 +31,8 @@ RenderJob job_of(const std::string& size, const std::string& rows) {
       "tolerance = 1e-2\n";
   return test::completed({{"render.par", "render.par", parameters},
                           {"scene.lst", "scene.lst", "galaxy x y z size inclination pa\n" + rows},
-                          {"galaxies/mine", "mine.toml", bulge_with_stars}});
+                          {"galaxies/mine", "mine.toml", bulge_with_stars},
+                          {"galaxies/bright", "bright.toml", bright}});
 }
 
 /// The share of pixels with light that are brighter than white if all stars are smooth light.
@@ -67,6 +72,15 @@ TEST(StarTone, NucleiAreWhiteWhereverTheyLie) {
     EXPECT_GT(share, 0.5e-5) << size << rows;
     EXPECT_LT(share, 2.5e-4) << size << rows;
   }
+}
+
+TEST(StarTone, BrightNucleiOfTheBackgroundAreNoWhite) {
+  const auto white = [](const std::string& other) {
+    const RenderJob job = job_of("[480, 480]", "mine 0 0 0 1 0 0\n" + other);
+    return picture_white(PictureTone::of_numbers(job.parameters.stars.tone.value()), 1, {}).at(0);
+  };
+  EXPECT_NEAR(white("bright 0.9 0.9 0 0.1 0 0\n") / white(""), 1, 1e-3);
+  EXPECT_GT(white("bright 0.9 0.9 0 0.3 0 0\n") / white(""), 1.5);
 }
 
 }  // namespace

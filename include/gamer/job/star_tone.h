@@ -14,8 +14,8 @@ PictureTone picture_tone(const RenderJob& job, const Image& image);
 
 /// Finds the tone of a job's picture, for a picture with stars. It is image.tone where that is
 /// given, else automatic_tone() of some thousand pixels whose stars are smooth light: evenly spread
-/// ones and a few at the nuclei of galaxies. Every rank calls this function, and gets equal
-/// numbers.
+/// ones and a few at the nuclei of the largest galaxies. Every rank calls this function, and gets
+/// equal numbers.
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads);
 
 /// `output` with the tone of find_star_tone() for a picture that has no tone of its own.
