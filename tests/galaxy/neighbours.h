@@ -12,8 +12,8 @@
 namespace gamer {
 
 /// The largest ratio of an envelope along random rays and their neighbours to
-/// Component::column_brightness(). `envelope(place)` is a share of the peak, and `height` that of the
-/// layer. Rays where the envelope is below `least` do not count.
+/// Component::column_brightness(). `envelope(place)` is a share of the peak, and `height` that of
+/// the layer. Rays where the envelope is below `least` do not count.
 template <class Envelope>
 double largest_over_brightness(const Component& component, double height, double least,
                                const Envelope& envelope) {
