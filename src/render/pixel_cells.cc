@@ -87,25 +87,60 @@ struct CellSides {
   }
 };
 
+/// The sizes of a galaxy's cells, galaxy radii.
+struct CellSizes {
+  double finest;     ///< smallest distance of rays that textures need
+  double at_edges;   ///< smallest distance of rays that edges need
+  double ray_size;   ///< share of a component's scale for which one ray suffices
+  double cell_size;  ///< share of a component's scale for which Gauss' rule suffices
+  double faint, most_relief;
+
+  CellSizes(const PlacedGalaxy& galaxy, double pixel, const Accuracy& accuracy) {
+    const bool is_fixed = galaxy.has_fixed_flux;
+    const double spacing = is_fixed ? accuracy.fixed_spacing(pixel) : 1;
+    finest = spacing * accuracy.ray_spacing * accuracy.widest_footprint;
+    at_edges = spacing * accuracy.edge_spacing * accuracy.widest_footprint;
+    ray_size = std::sqrt(spacing) * accuracy.ray_size;
+    cell_size = std::sqrt(spacing) * accuracy.cell_size;
+    faint = is_fixed ? accuracy.fixed_flux_faint_brightness : accuracy.faint_brightness;
+    most_relief = is_fixed ? HUGE_VAL : accuracy.faint_spacing;
+  }
+
+  CellSides sides(const ColumnScale& scale) const {
+    return {scale.envelope, scale.edge, std::max(ray_size * scale.texture, finest),
+            std::max(cell_size * scale.texture, 2 * finest)};
+  }
+  /// A cell of side h and brightness B has light B h^2. Its error is a constant share of it for an
+  /// unresolved texture, and a share ~ h^2 for a smooth envelope. For a given number of cells the
+  /// sum errs least with h ~ B^(-1/2) and h ~ B^(-1/4).
+  double relief(double brightness) const {
+    return std::min(std::max(1.0, std::sqrt(faint / brightness)), most_relief);
+  }
+  /// The side for which one ray suffices, and that for which Gauss' rule suffices without textures.
+  double one_ray(const CellSides& sides) const {
+    return std::min(smooth(sides, ray_size, 1), sides.texture_ray);
+  }
+  double gauss(const CellSides& sides) const { return smooth(sides, cell_size, 2); }
+
+ private:
+  /// `share` of the scale; `rays` is the number of rays across such a length.
+  double smooth(const CellSides& sides, double share, double rays) const {
+    return std::min(share * sides.envelope, std::max(share * sides.edge, rays * at_edges));
+  }
+};
+
 }  // namespace
 
 Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
                                           std::span<const int> galaxies) const {
   Coarseness result;
-  const Accuracy& accuracy = medium_.accuracy();
   const bool is_parallel = camera_.projection() == Projection::orthographic;
+  thread_local std::vector<CellSides> of_component;
   for (const int g : galaxies) {
     const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(g)];
     if (!is_within(ray, placed, size * camera_.pixel_size(placed.centre))) continue;
     const double pixel = pixel_in_ball_[static_cast<std::size_t>(g)];
-    const double spacing = placed.has_fixed_flux ? accuracy.fixed_spacing(pixel) : 1;
-    const double faint =
-        placed.has_fixed_flux ? accuracy.fixed_flux_faint_brightness : accuracy.faint_brightness;
-    const double most_relief = placed.has_fixed_flux ? HUGE_VAL : accuracy.faint_spacing;
-    const double finest = spacing * accuracy.ray_spacing * accuracy.widest_footprint;
-    const double at_edges = spacing * accuracy.edge_spacing * accuracy.widest_footprint;
-    const double ray_size = std::sqrt(spacing) * accuracy.ray_size;
-    const double cell_size = std::sqrt(spacing) * accuracy.cell_size;
+    const CellSizes sizes(placed, pixel, medium_.accuracy());
     const glm::dvec3 origin = placed.to_ball * (ray.origin - placed.centre);
     glm::dvec3 direction = placed.to_ball * ray.direction;
     direction /= glm::length(direction);
@@ -115,41 +150,26 @@ Renderer::Coarseness Renderer::coarseness(const Ray& ray, double size,
     const double length = size * pixel;
     // Half a diagonal of the cell.
     const double around = length * std::numbers::sqrt2 / 2;
-    // The length for which one ray suffices is `share` of the scale. `rays` is the number of rays
-    // across such a length.
-    const auto smooth = [&](const CellSides& sides, double share, double rays) {
-      return std::min(share * sides.envelope, std::max(share * sides.edge, rays * at_edges));
-    };
-    const auto one_ray = [&](const CellSides& sides) {
-      return std::min(smooth(sides, ray_size, 1), sides.texture_ray);
-    };
-    const auto& components = placed.galaxy->components();
-    thread_local std::vector<CellSides> of_component;
+    const auto components = placed.galaxy->components();
     of_component.assign(components.size(), {});
     CellSides least;
     for (std::size_t c = 0; c < components.size(); ++c) {
       if (supersample_ && !components[c]->has_cusp()) continue;
-      const ColumnScale scale = components[c]->column_scale(&nearest.x, &direction.x, around);
-      of_component[c] = {scale.envelope, scale.edge, std::max(ray_size * scale.texture, finest),
-                         std::max(cell_size * scale.texture, 2 * finest)};
+      of_component[c] = sizes.sides(components[c]->column_scale(&nearest.x, &direction.x, around));
       least.take(of_component[c]);
     }
     // Faint components allow more, which matters only where a cell needs several rays.
-    if (length > one_ray(least)) {
+    if (length > sizes.one_ray(least)) {
       least = {};
       for (std::size_t c = 0; c < components.size(); ++c) {
         if (!of_component[c].is_below(least)) continue;
-        // A cell of side h and brightness B has light B h^2. Its error is a constant share of it
-        // for an unresolved texture, and a share ~ h^2 for a smooth envelope. For a given number of
-        // cells the sum errs least with h ~ B^(-1/2) and h ~ B^(-1/4).
         const double brightness =
             components[c]->column_brightness(&nearest.x, &direction.x, around);
-        const double relief = std::min(std::max(1.0, std::sqrt(faint / brightness)), most_relief);
-        least.take(of_component[c].times(relief));
+        least.take(of_component[c].times(sizes.relief(brightness)));
       }
     }
-    const double whole = smooth(least, cell_size, 2);
-    result.rays = std::max(result.rays, length / one_ray(least));
+    const double whole = sizes.gauss(least);
+    result.rays = std::max(result.rays, length / sizes.one_ray(least));
     result.parts = std::max(result.parts, length / std::min(whole, least.texture_cell));
     result.steepness = std::max(result.steepness, length / whole);
   }
