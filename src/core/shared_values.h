@@ -6,7 +6,8 @@
 
 namespace gamer {
 
-/// Values that equal users share while one of them holds them, by key. Safe for several threads.
+/// Values by key. Users who ask for one key share its value, as long as one of them holds it. Safe
+/// for several threads.
 template <class Key, class Value>
 class SharedValues {
  public:

@@ -27,8 +27,10 @@ constexpr double light_sigmas = 3;
 constexpr double balance = 0.5;
 constexpr double white_quantile = 0.9999;
 constexpr double reference_light = 0.8;
-/// Number of pixels whose mean colour counts in the balance of green.
-constexpr int colour_group = 64;
+/// Groups of pixels in the balance of green: their sums are this many sigmas above the sky in all
+/// channels, or have the largest number of pixels.
+constexpr double group_sigmas = 30;
+constexpr int most_grouped = 4096;
 
 /// Weight of each plane in each channel; there is one channel (grey) or three.
 std::vector<std::vector<double>> channel_weights(int planes,
@@ -200,8 +202,8 @@ void for_each_light(const std::vector<std::vector<double>>& channels,
 }
 
 /// The excess of green at which half of the light is greener: g over the geometric mean of r and b,
-/// each times its factor. Sums over groups of successive pixels count, which have little noise.
-/// 1 where no group has light in all channels.
+/// each times its factor. Sums over groups of successive pixels count. A group ends as soon as its
+/// noise is small in all channels, so that groups are single pixels where there is no noise.
 double median_green(const std::vector<std::vector<double>>& channels,
                     const std::array<double, 3>& black, const std::array<double, 3>& sigma,
                     const std::array<double, 3>& factor) {
@@ -214,23 +216,27 @@ double median_green(const std::vector<std::vector<double>>& channels,
   double whole = 0;
   const auto end_group = [&] {
     const double r = factor[0] * sum[0], g = factor[1] * sum[1], b = factor[2] * sum[2];
-    if (r > 0 && g > 0 && b > 0) {
-      groups.push_back({g / std::sqrt(r * b), r + g + b});
-      whole += groups.back().light;
-    }
+    const double excess = !(g > 0) ? 0 : r > 0 && b > 0 ? g / std::sqrt(r * b) : HUGE_VAL;
+    groups.push_back({excess, std::max(r + g + b, 0.0)});
+    whole += groups.back().light;
     sum.fill(0);
     pixels = 0;
   };
   for_each_light(channels, black, sigma, [&](const std::array<double, 3>& light) {
-    for (std::size_t c = 0; c < 3; ++c) sum[c] += light[c];
-    if (++pixels == colour_group) end_group();
+    const double sigmas = group_sigmas * std::sqrt(++pixels);
+    bool is_clear = true;
+    for (std::size_t c = 0; c < 3; ++c) {
+      sum[c] += light[c];
+      is_clear = is_clear && sum[c] > sigmas * sigma[c];
+    }
+    if (is_clear || pixels == most_grouped) end_group();
   });
-  end_group();
+  if (pixels > 0) end_group();
   std::ranges::stable_sort(groups, {}, &Group::excess);
   double below = 0;
   for (const Group& group : groups) {
     below += group.light;
-    if (2 * below >= whole) return group.excess;
+    if (2 * below >= whole && group.excess > 0 && std::isfinite(group.excess)) return group.excess;
   }
   return 1;
 }

@@ -128,6 +128,10 @@ std::string AttenuationNames::name(const PlacedGalaxy& probe) const {
   }
   for (const auto& component : probe.galaxy->components()) {
     append_hex(component->amplitude(), text);
+    // A texture may have statistics of its own or those of the galaxy's reference.
+    if (component->texture() != nullptr) {
+      for (const double number : component->texture()->statistics()) append_hex(number, text);
+    }
     if (component->sed() != nullptr)
       append_light(*component->sed(), probe.redshift, light.range, text);
     if (!component->absorbs()) continue;

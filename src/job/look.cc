@@ -27,7 +27,6 @@ tolerance = 0.01
 [image]
 size = [640, 640]
 output = {}
-brightness = 1.2
 contrast = 3
 saturation = 1.2
 )";

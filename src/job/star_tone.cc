@@ -16,8 +16,8 @@ namespace {
 // The sampled pixels are runs of neighbours in some rows. The tone takes the noise from differences
 // of neighbours.
 constexpr int most_rows = 96, most_runs = 24, run_length = 4, most_galaxies = 16;
-/// Smallest radius, relative to the largest, of a galaxy whose centre decides the white. The nuclei
-/// of a galaxy's background would make the galaxy dark.
+/// Smallest radius, relative to the largest, of a galaxy whose centre decides the white. The
+/// nuclei of small galaxies behind a large one may be much brighter than its disk.
 constexpr double least_radius = 0.25;
 /// Distance from a galaxy's centre at which its light is taken as white, in bounding radii. In
 /// zooms the unit is the radius of a circle of the window's area. Within twice this distance are

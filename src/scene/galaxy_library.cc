@@ -91,8 +91,11 @@ bool GalaxyLibrary::suffices(const std::map<const Galaxy*, FootprintRange>& need
     const auto reused = reused_.find(galaxy);
     if (reused == reused_.end()) continue;
     const FootprintRange& known = reused->second;
-    if (known.covers(own) && (known.sees_whole || !own.sees_whole || known.narrowest == 0))
+    // Textures of galaxies of fixed flux have other statistics.
+    if (known.needs_light_means == own.needs_light_means && known.covers(own) &&
+        (known.sees_whole || !own.sees_whole || known.narrowest == 0)) {
       continue;
+    }
     reuses_ = false;
     reused_.clear();
     galaxies_.clear();

@@ -539,12 +539,13 @@ TEST(AutomaticTone, BalanceOfAFaintNoisyChannelIsThatWithoutNoise) {
 }
 
 TEST(AutomaticTone, RedRegionsDoNotMakeTheRestGreen) {
-  // A tenth of the rows is three times as red. Half of the image is black.
+  // Squares of four pixels, a sixteenth of the area, are five times as red. Half of the image is
+  // black.
   constexpr int size = 128;
   Image image(size, size, 3);
   for (int y = 0; y < size / 2; ++y) {
     for (int x = 0; x < size; ++x) {
-      image.at(x, y, 0) = y % 10 == 0 ? 6 : 2;
+      image.at(x, y, 0) = x % 16 < 4 && y % 16 < 4 ? 10 : 2;
       image.at(x, y, 1) = 1.5;
       image.at(x, y, 2) = 1;
     }

@@ -23,7 +23,8 @@ class Texture {
   /// this is impossible.
   virtual void normalise(std::span<const WeightedBatch> cloud,
                          const FractalNoise::Factor& factor) = 0;
-  /// All results of normalise(), so that restore() can give them to an equal texture.
+  /// All results of normalise(), so that restore() can give them to an equal texture, or to one
+  /// that differs in its seed alone.
   virtual std::vector<double> statistics() const = 0;
   virtual void restore(std::span<const double> statistics) = 0;
 

@@ -42,8 +42,9 @@ struct Picture {
 /// summed over the pixels in which some channel is 3 sigma above its sky. Channel c is multiplied
 /// by (L/L_c)^0.5. With exponent 1 the summed light would always be white; with exponent 0 a red
 /// galaxy would be red all over. With 0.5 a yellow-white bulge in a bluer disk remains. Green is
-/// then scaled so that half of the light is greener than the geometric mean of red and blue. No
-/// galaxy as a whole is green or magenta, and its pink H II regions do not make it green.
+/// then scaled so that half of the light is greener than the geometric mean of red and blue. Most
+/// of a galaxy is thus neither green nor magenta, whatever its H II regions are. The colour is that
+/// of pixels, or of groups of successive pixels that are 30 sigma above the sky in all channels.
 ///
 /// *Stretch.* lupton_stretch() is applied with the slope for which F(I_80) = 0.28 F(white). The
 /// pixels brighter than I_80 (in a spiral, those inside the outer disk) hold 80 % of the light;

@@ -102,7 +102,7 @@ GalaxyStatistics::GalaxyStatistics(Galaxy& galaxy, FootprintRange footprints)
   for (std::size_t c = 0; c < galaxy_.components().size(); ++c) {
     const Component& component = component_at(c);
     if (!component.absorbs()) light_ += galaxy_.luminosity(c);
-    // Components have parts whether or not they are normalised, so that all processes have equal
+    // A component that is already normalised has a part, too, so that all processes have equal
     // parts.
     const Texture* texture = component.texture();
     if (texture == nullptr) continue;

@@ -96,8 +96,8 @@ class GalaxyStatistics {
   const std::vector<Part>& of(Round round) const { return parts_[static_cast<std::size_t>(round)]; }
   std::vector<Part>& of(Round round) { return parts_[static_cast<std::size_t>(round)]; }
   /// Whether the texture of component c takes the statistics of its reference, which is measured
-  /// before. They are equal where both have one seed. In a galaxy of fixed flux, expectations over
-  /// all seeds suffice, since its own rays fix each component's light.
+  /// before. They are equal where both have one seed. In a galaxy of fixed flux those of another
+  /// seed suffice, since the galaxy's own rays fix each component's light.
   bool adopts_texture(std::size_t c) const;
   /// Throws std::logic_error where the reference is not measured.
   void adopt_texture(std::size_t c);
@@ -164,7 +164,7 @@ class GalaxyStatistics {
   std::vector<LargerCloud> larger_;
   GalaxyCalibration calibration_;
   std::vector<DustClosure> dust_;  ///< the closure, for each component of a reference
-  /// light_behind_dust() of each component. Galaxies whose light differs in nothing share it.
+  /// light_behind_dust() of each component, shared by galaxies of one light_behind_text().
   std::vector<std::shared_ptr<const std::vector<BatchArray>>> light_behind_;
 };
 

@@ -94,7 +94,7 @@ class Layer : public Component {
   /// Nodes per length that the texture needs on a ray of this speed.
   double texture_rate(const BallRay& ray, double speed) const;
   /// Approximate largest value of sech^2(z/h) f along a ray and its neighbours within `reach`, as a
-  /// share of the peak of f. The layer is flat or warped.
+  /// share of the peak of f. One function is for flat layers and one for warped layers.
   double flat_brightness(const double nearest[3], const double direction[3], double reach) const;
   double warped_brightness(const double nearest[3], const double direction[3], double reach) const;
   /// The scale height h at a radius m of RadialLaw.
