@@ -12,6 +12,7 @@ namespace gamer {
 class ScaledTexture : public Texture {
  public:
   void normalise(std::span<const WeightedBatch> cloud, const FractalNoise::Factor& factor) override;
+  bool statistics_only_scale() const override { return true; }
   std::vector<double> statistics() const override { return {scale_, rms_}; }
   void restore(std::span<const double> statistics) override {
     scale_ = statistics[0];

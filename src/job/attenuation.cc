@@ -128,7 +128,7 @@ std::string AttenuationNames::name(const PlacedGalaxy& probe) const {
   }
   for (const auto& component : probe.galaxy->components()) {
     append_hex(component->amplitude(), text);
-    // A texture may have statistics of its own or those of the galaxy's reference.
+    // A texture may have a scale of its own or that of the galaxy's reference.
     if (component->texture() != nullptr) {
       for (const double number : component->texture()->statistics()) append_hex(number, text);
     }

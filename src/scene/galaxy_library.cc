@@ -91,7 +91,7 @@ bool GalaxyLibrary::suffices(const std::map<const Galaxy*, FootprintRange>& need
     const auto reused = reused_.find(galaxy);
     if (reused == reused_.end()) continue;
     const FootprintRange& known = reused->second;
-    // Textures of galaxies of fixed flux have other statistics.
+    // Textures of galaxies of fixed flux have other scales.
     if (known.needs_light_means == own.needs_light_means && known.covers(own) &&
         (known.sees_whole || !own.sees_whole || known.narrowest == 0)) {
       continue;

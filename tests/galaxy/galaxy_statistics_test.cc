@@ -300,7 +300,7 @@ TEST(GalaxyStatistics, HasPartsOfTexturedComponents) {
   EXPECT_EQ(smooth->reference(), nullptr);
 }
 
-TEST(GalaxyStatistics, OfFixedFluxAreThoseOfTheReference) {
+TEST(GalaxyStatistics, OfFixedFluxHaveScalesOfTheReference) {
   GalaxySettings settings = quick_settings();
   settings.accuracy = Accuracy::from_tolerance(1e-2);
   settings.seed = 5;
@@ -314,14 +314,25 @@ TEST(GalaxyStatistics, OfFixedFluxAreThoseOfTheReference) {
   FootprintRange of_fixed_flux;
   of_fixed_flux.needs_light_means = false;
   const auto galaxy = read_galaxy(all_parts, settings);
+  std::vector<bool> only_scale;
+  for (const auto& component : galaxy->components()) {
+    const Texture* texture = component->texture();
+    if (texture != nullptr) only_scale.push_back(texture->statistics_only_scale());
+  }
   EXPECT_THROW(measured_parts_of(*galaxy, of_fixed_flux), std::logic_error);
   measured_parts_of(*galaxy->reference(), of_fixed_flux);
-  // Only the means of two kinds of dust are measured.
-  EXPECT_EQ(measured_parts_of(*galaxy, of_fixed_flux), (std::vector<std::size_t>{0, 2, 0, 0}));
-  EXPECT_EQ(statistics_of(*galaxy), statistics_of(*galaxy->reference()));
-  // In relative units each seed has statistics of its own.
+  // Associations and veins take their scale from the reference. Only dust has means.
+  EXPECT_EQ(measured_parts_of(*galaxy, of_fixed_flux), (std::vector<std::size_t>{4, 2, 0, 0}));
+  const auto of_galaxy = statistics_of(*galaxy), of_reference = statistics_of(*galaxy->reference());
+  for (std::size_t k = 0; k < of_galaxy.size(); ++k) {
+    EXPECT_EQ(of_galaxy[k] == of_reference[k], only_scale[k]) << k;
+  }
+  // In relative units each seed has scales of its own.
   EXPECT_EQ(measured_parts_of(*galaxy)[0], 6u);
-  EXPECT_NE(statistics_of(*galaxy), statistics_of(*galaxy->reference()));
+  const auto in_relative_units = statistics_of(*galaxy);
+  for (std::size_t k = 0; k < of_galaxy.size(); ++k) {
+    EXPECT_NE(in_relative_units[k], of_reference[k]) << k;
+  }
 }
 
 /// The parts of a galaxy and its reference, by name, without zeros at their end.

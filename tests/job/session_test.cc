@@ -1,5 +1,6 @@
 #include "gamer/job/session.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <malloc.h>
 
@@ -322,6 +323,29 @@ TEST(Session, TellsTheTruthWhateverItRenderedBefore) {
     if (truth) {
       EXPECT_EQ(radius(rendering), radius(expected));
     }
+  }
+}
+
+TEST(Session, SmallAndLargeGalaxiesTakeStatisticsOfTheirOwn) {
+  const auto render = [&](const Session& session, double scale) {
+    RenderInput sky =
+        input(clumpy,
+              fmt::format("[image]\nsize = 24\n[camera]\nprojection = \"sky\"\ncenter = [10, 20]\n"
+                          "pixel_scale = {}\n[spectrum]\nbands = [\"sdss_g\", \"sdss_r\"]\n"
+                          "[sampling]\ntolerance = 1e-2\n",
+                          scale));
+    sky.scene = RenderInput::Text{
+        "galaxy ra dec redshift size_arcsec inclination apparent_magnitude seed\n"
+        "mine 10 20 0.1 2 50 22 7\n"};
+    return session.render(session.load(sky)).image;
+  };
+  const double small = 0.2, large = 0.01;  // arcsec a pixel
+  const auto fresh = [&](double scale) { return render(Session(1), scale); };
+  const Image expected_small = fresh(small), expected_large = fresh(large);
+  const Session used(1);
+  for (int round = 0; round < 2; ++round) {
+    expect_equal(render(used, small), expected_small);
+    expect_equal(render(used, large), expected_large);
   }
 }
 

@@ -27,6 +27,9 @@ class Texture {
   /// that differs in its seed alone.
   virtual std::vector<double> statistics() const = 0;
   virtual void restore(std::span<const double> statistics) = 0;
+  /// Whether these results do no more than scale Phi and steer rays. Those of another seed then
+  /// serve as well, where Phi is divided by its mean anyway.
+  virtual bool statistics_only_scale() const { return false; }
 
   /// Fills out.size() arrays with Phi. With footprints (galaxy radii; null for none) hidden octaves
   /// count by their expectation. With deviations, out[d] is the expectation if the coherent part of

@@ -330,7 +330,7 @@ const std::vector<BatchArray>& GalaxyStatistics::light_behind(std::size_t c) {
 bool GalaxyStatistics::adopts_texture(std::size_t c) const {
   const Galaxy* const reference = galaxy_.reference().get();
   if (reference == nullptr || component_at(c).texture() == nullptr) return false;
-  return !footprints_.needs_light_means ||
+  return (!footprints_.needs_light_means && component_at(c).texture()->statistics_only_scale()) ||
          reference->components()[c]->digests().texture == component_at(c).digests().texture;
 }
 

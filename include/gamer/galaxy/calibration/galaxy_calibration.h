@@ -19,8 +19,8 @@ struct FootprintRange {
   /// components are then more exact.
   bool sees_whole = false;
   /// Whether the mean of Phi over components that emit is needed. This mean is superfluous where
-  /// all rays of the galaxy together fix its light (PlacedGalaxy::light_factors). Textures then
-  /// also take the statistics of the galaxy's reference.
+  /// all rays of the galaxy together fix its light (PlacedGalaxy::light_factors). Scales of
+  /// textures are then those of the galaxy's reference.
   bool needs_light_means = true;
 
   bool covers(const FootprintRange& other) const {

@@ -96,8 +96,9 @@ class GalaxyStatistics {
   const std::vector<Part>& of(Round round) const { return parts_[static_cast<std::size_t>(round)]; }
   std::vector<Part>& of(Round round) { return parts_[static_cast<std::size_t>(round)]; }
   /// Whether the texture of component c takes the statistics of its reference, which is measured
-  /// before. They are equal where both have one seed. In a galaxy of fixed flux those of another
-  /// seed suffice, since the galaxy's own rays fix each component's light.
+  /// before. They are equal where both have one seed. In a galaxy of fixed flux a scale may be that
+  /// of another seed: the galaxy's own rays fix each component's light, and dust is divided by its
+  /// own mean.
   bool adopts_texture(std::size_t c) const;
   /// Throws std::logic_error where the reference is not measured.
   void adopt_texture(std::size_t c);
