@@ -1189,8 +1189,8 @@ RATIOS = {
     "ngc4321": {"arms": 0.998715, "associations": 0.893577, "H II regions": 2.068713,
                 "lanes": 0.992458},
     "ngc4594": {"ring dust": 0.997926, "inner strands": 1.004114},
-    "ngc891": {"young disk": 0.995446, "associations": 3.184359, "H II regions": 3.652123,
-               "lane": 0.988675, "filaments": 1.0269},
+    "ngc891": {"associations": 1.26607, "H II regions": 4.899924, "lane": 0.998804,
+               "filaments": 0.985504},
     "shader_galaxy": {"base": 1.00032, "clumps": 0.882937, "lanes": 1.004357, "field": 1.000814},
     "young": {"associations1": 1.076254},
 }
