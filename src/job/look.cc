@@ -27,6 +27,7 @@ tolerance = 0.01
 [image]
 size = [640, 640]
 output = {}
+brightness = 1.2
 contrast = 3
 saturation = 1.2
 )";
