@@ -41,8 +41,8 @@ class Galaxy {
   const std::string& name() const { return name_; }
   const std::string& description() const { return description_; }
   const std::vector<double>& axis() const { return axis_; }
-  /// The galaxy of this file on which the closure of hidden dust is measured; null without textured
-  /// dust.
+  /// The galaxy of this file on which the closure of hidden dust is measured, and scales that other
+  /// seeds may take. Null without textured dust.
   const std::shared_ptr<Galaxy>& reference() const { return reference_; }
   bool is_reference() const { return is_reference_; }
   /// The measurements of GalaxyStatistics.

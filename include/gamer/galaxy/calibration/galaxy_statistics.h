@@ -20,7 +20,8 @@ class StarField;
 /// A galaxy's seed decides the mean of Phi over each component at each footprint, and the largest
 /// Phi of star fields. Both are measured for every galaxy. The closure of hidden dust is measured
 /// on the galaxy's reference (Galaxy::reference()). At coarse tolerances all galaxies of a file
-/// share one reference (Accuracy::shares_closure).
+/// share one reference (Accuracy::shares_closure). A galaxy of fixed flux also takes the scales of
+/// veins and associations from its reference.
 ///
 /// The work is done in rounds, and each round in parts. A part uses only results of earlier rounds,
 /// so that any process may measure it. A galaxy is complete when it has taken all parts of all
