@@ -11,6 +11,8 @@ const balance = 0.5;
 const whiteQuantile = 0.9999;
 const referenceLight = 0.8;
 const referenceLevel = 0.28;
+const groupSigmas = 30;
+const mostGrouped = 4096;
 const knee = 0.7;  // of pictures with contrast
 
 /// Weight of each plane in red, green and blue. Planes are sorted by wavelength, the longest is
@@ -168,17 +170,80 @@ function measureSky(sample) {
   return {level: low + blackSigmas * sigma, sigma};
 }
 
-/// Sums of value - black of each channel, over the pixels in which some channel exceeds black by
-/// `least`.
-function sumLight(channels, black, least) {
+/// Calls use(light) with value - black of each channel, in the pixels in which some channel exceeds
+/// black by `least`. The array is valid until use() returns.
+function forEachLight(channels, black, least, use) {
   const light = channels.map(() => 0);
   for (let i = 0; i < channels[0].length; ++i) {
     let isLight = false;
-    for (let c = 0; c < channels.length; ++c) isLight = isLight || channels[c][i] - black[c] > least[c];
-    if (!isLight) continue;
-    for (let c = 0; c < channels.length; ++c) light[c] += channels[c][i] - black[c];
+    for (let c = 0; c < channels.length; ++c) {
+      light[c] = channels[c][i] - black[c];
+      isLight = isLight || light[c] > least[c];
+    }
+    if (isLight) use(light);
   }
-  return light;
+}
+
+/// The value up to which half of the weights lies; NaN without weights.
+function weightedMedian(values, weights, count) {
+  let whole = 0, low = Infinity, high = -Infinity;
+  for (let i = 0; i < count; ++i) {
+    whole += weights[i];
+    if (!Number.isFinite(values[i])) continue;
+    low = Math.min(low, values[i]);
+    high = Math.max(high, values[i]);
+  }
+  const reaches = (limit) => {
+    let below = 0;
+    for (let i = 0; i < count; ++i) {
+      if (values[i] <= limit) below += weights[i];
+    }
+    return 2 * below >= whole;
+  };
+  if (!(whole > 0) || !reaches(high)) return NaN;
+  if (reaches(low)) return low;
+  // Bisection to 1e-9 of the value.
+  while (high - low > 1e-9 * high) {
+    const middle = (low + high) / 2;
+    if (reaches(middle)) {
+      high = middle;
+    } else {
+      low = middle;
+    }
+  }
+  let found = -Infinity;
+  for (let i = 0; i < count; ++i) {
+    if (values[i] <= high) found = Math.max(found, values[i]);
+  }
+  return found;
+}
+
+/// The excess of green at which half of the light is greener, over groups of successive pixels. A
+/// group ends as soon as its noise is small in all channels. 1 where that excess is not a number.
+function medianGreen(channels, black, sigma, factor) {
+  const size = channels[0].length;
+  const excess = new Float64Array(size), light = new Float64Array(size);
+  const sum = [0, 0, 0];
+  let groups = 0, pixels = 0;
+  const endGroup = () => {
+    const r = sum[0] * factor[0], g = sum[1] * factor[1], b = sum[2] * factor[2];
+    excess[groups] = !(g > 0) ? 0 : r > 0 && b > 0 ? g / Math.sqrt(r * b) : Infinity;
+    light[groups++] = Math.max(r + g + b, 0);
+    sum[0] = sum[1] = sum[2] = 0;
+    pixels = 0;
+  };
+  forEachLight(channels, black, sigma.map((one) => lightSigmas * one), (own) => {
+    const sigmas = groupSigmas * Math.sqrt(++pixels);
+    let isClear = true;
+    for (let c = 0; c < 3; ++c) {
+      sum[c] += own[c];
+      isClear = isClear && sum[c] > sigmas * sigma[c];
+    }
+    if (isClear || pixels === mostGrouped) endGroup();
+  });
+  if (pixels > 0) endGroup();
+  const median = weightedMedian(excess, light, groups);
+  return median > 0 ? median : 1;
 }
 
 /// The slope for which asinh(slope reference)/asinh(slope white) is the reference level.
@@ -235,17 +300,19 @@ export function automaticTone(channels, width, factors = [1, 1, 1]) {
     tone.black[c] = sky.level;
     samples.push(sample.values);
   });
-  const light = sumLight(samples, tone.black, sigma.map((one) => lightSigmas * one))
-      .map((value, c) => value * factors[c]);
+  const light = channels.map(() => 0);
+  forEachLight(samples, tone.black, sigma.map((one) => lightSigmas * one), (own) => {
+    for (let c = 0; c < own.length; ++c) light[c] += factors[c] * own[c];
+  });
   const mean = light.reduce((sum, value) => sum + value, 0) / light.length;
   light.forEach((value, c) => {
     if (value > 0) tone.factor[c] = (mean / value) ** balance;
   });
+  light.forEach((_, c) => { tone.factor[c] *= factors[c]; });
   // Stars differ in redness or blueness, but are never green.
   if (light.length === 3 && Math.min(...light) > 0) {
-    tone.factor[1] = Math.sqrt(tone.factor[0] * light[0] * tone.factor[2] * light[2]) / light[1];
+    tone.factor[1] /= medianGreen(samples, tone.black, sigma, tone.factor);
   }
-  light.forEach((_, c) => { tone.factor[c] *= factors[c]; });
   let variance = 0;
   samples.forEach((values, c) => {
     for (let i = 0; i < values.length; ++i) {

@@ -236,7 +236,8 @@ double median_green(const std::vector<std::vector<double>>& channels,
   double below = 0;
   for (const Group& group : groups) {
     below += group.light;
-    if (2 * below >= whole && group.excess > 0 && std::isfinite(group.excess)) return group.excess;
+    if (!(2 * below >= whole)) continue;
+    return whole > 0 && group.excess > 0 && std::isfinite(group.excess) ? group.excess : 1;
   }
   return 1;
 }

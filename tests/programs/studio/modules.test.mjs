@@ -379,6 +379,22 @@ test('channels become light per unit wavelength', () => {
   near(tone.factor[0] / tone.factor[2], (0.5 / 2) ** 0.5, 1e-12);
 });
 
+test('red regions do not make the rest green, with noise or without', () => {
+  // Squares of four pixels, a sixteenth of the area, are five times as red. Half of the image is black.
+  const side = 128;
+  for (const noise of [0, 0.05]) {
+    let state = 1;
+    const random = () => (state = (state * 48271) % 2147483647) / 2147483647 - 0.5;
+    const image = (value) => Float64Array.from({length: side * side}, (_, i) => {
+      const x = i % side, y = Math.floor(i / side);
+      return (y < side / 2 ? value(x, y) : 0) + noise * random();
+    });
+    const tone = automaticTone([image((x, y) => x % 16 < 4 && y % 16 < 4 ? 10 : 2), image(() => 1.5), image(() => 1)],
+                               side);
+    near(tone.factor[1] * 1.5 / Math.sqrt(tone.factor[0] * 2 * tone.factor[2]), 1, noise > 0 ? 4e-3 : 1e-12);
+  }
+});
+
 test('the PSF is a Gaussian integrated over pixels', () => {
   // Differences of erf, from Python's math.erf.
   const kernel = gaussianKernel(2);
