@@ -1,5 +1,7 @@
 #include "gamer/galaxy/galaxy.h"
 
+#include "gamer/galaxy/kinds/star_field.h"
+
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -190,13 +192,17 @@ void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
       throw InputError(c->follows_where(),
                        context + "which is no component" + did_you_mean(c->follows(), names));
     }
-    if (components_[followed].get() == c.get() ||
-        !components_[followed]->traits().can_be_followed ||
-        components_[followed]->texture() == nullptr) {
-      throw InputError(c->follows_where(), context + "which is no disk with noise");
+    const Component& leader = *components_[followed];
+    const bool has_clumps = leader.has_texture_mean() && leader.star_field() == nullptr;
+    if (&leader == c.get() || leader.texture() == nullptr ||
+        !(leader.traits().can_be_followed || has_clumps)) {
+      throw InputError(c->follows_where(),
+                       context + "which is no disk with noise and no associations");
     }
-    if (!components_[followed]->active()) {
-      throw InputError(c->follows_where(), context + "which is not active");
+    if (!leader.active()) throw InputError(c->follows_where(), context + "which is not active");
+    if (has_clumps && !c->gather_in_clumps(leader)) {
+      throw InputError(c->follows_where(), context + "whose clumps hold only the stars of a " +
+                                               "starfield with noise = false");
     }
   }
   std::erase_if(components_, [](const auto& c) { return !c->active(); });
@@ -213,11 +219,14 @@ void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
   add_integrals(twin);
   for (std::size_t c = 0; c < components_.size(); ++c) {
     if (!components_[c]->follows().empty()) {
-      followed_[c] = position(components_[c]->follows());
-      const auto followed = static_cast<std::size_t>(followed_[c]);
+      const auto followed = static_cast<std::size_t>(position(components_[c]->follows()));
       components_[c]->follow(components_[followed]->digests());
-      if (std::ranges::find(followed_components_, followed) == followed_components_.end()) {
-        followed_components_.push_back(followed);
+      // Stars in clumps have a texture of their own.
+      if (!components_[c]->has_texture_mean()) {
+        followed_[c] = static_cast<int>(followed);
+        if (std::ranges::find(followed_components_, followed) == followed_components_.end()) {
+          followed_components_.push_back(followed);
+        }
       }
     }
     needs_azimuth_ = needs_azimuth_ || components_[c]->needs_azimuth();
@@ -225,6 +234,12 @@ void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
   }
   resolve_fractions();
   check_densities();
+}
+
+double Galaxy::largest_phi(std::size_t c) const {
+  const StarClumps* const clumps = components_[c]->star_field()->clumps();
+  if (clumps == nullptr) return calibration_.largest_phi[c];
+  return clumps->scale() / double{calibration_.means[c].narrowest()};
 }
 
 void Galaxy::add_integrals(const Galaxy* twin) {

@@ -208,6 +208,9 @@ class Component {
   const ComponentDigests& digests() const { return digests_; }
   /// Adds the digest of the component that this one follows to the digest of the texture.
   void follow(const ComponentDigests& followed);
+  /// Takes the clumps of associations as places of its objects. Returns false if the component has
+  /// no objects or has a texture of its own.
+  virtual bool gather_in_clumps(const Component& /*associations*/) { return false; }
 
   Texture* texture() { return texture_.get(); }
   const Texture* texture() const { return texture_.get(); }

@@ -83,6 +83,9 @@ class Galaxy {
 
   /// Index of the component whose texture also modulates component c, or -1.
   int followed(std::size_t c) const { return followed_[c]; }
+  /// The largest value of Phi that is used for component c, which is a star field. For stars in
+  /// clumps it is the ratio of Phi to the sum of StarClumps.
+  double largest_phi(std::size_t c) const;
   /// Whether evaluation needs the winding of the arms.
   bool needs_winding() const { return needs_winding_; }
   std::size_t most_cloud_points() const { return most_cloud_points_; }

@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
 #include <map>
 #include <numbers>
 #include <numeric>
 
+#include "galaxy/associations/association_clumps.h"
 #include "galaxy/running_sums.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/noise/footprint.h"
-#include "noise/lattice.h"
 
 namespace gamer {
 namespace {
@@ -38,36 +37,10 @@ constexpr double occupancy_margin = 4;
 // Number of clumps whose sums are held at one time.
 constexpr std::size_t clumps_at_a_time = std::size_t{1} << 13;
 
-/// A clump that may exist.
-struct Clump {
-  double x, y, z, radius;
-  double number;      ///< the random number that decides whether the clump exists
-  double occupancy;   ///< without the octaves
-  std::size_t model;  ///< its index among the model clumps
-  ClumpShape shape;
-};
-
 /// A place in a clump of radius 1, with the light about it.
-struct Offset {
-  double x, y, z, light;
+struct Offset : ClumpPlace {
+  double light;
 };
-
-/// The surface density at (x, y), interpolated.
-double density_at(const SurfaceDensity& density, double x, double y) {
-  const double last = density.points - 1;
-  const auto place = [&](double coordinate) {
-    return std::clamp(0.5 * last * (coordinate + 1), 0.0, last);
-  };
-  const double u = place(x), v = place(y);
-  const double column = std::min(std::floor(u), last - 1);
-  const double row = std::min(std::floor(v), last - 1);
-  const auto points = static_cast<std::size_t>(density.points);
-  const float* const corner = density.values.data() + static_cast<std::size_t>(row) * points +
-                              static_cast<std::size_t>(column);
-  const double low = std::lerp(double{corner[0]}, double{corner[1]}, u - column);
-  const double high = std::lerp(double{corner[points]}, double{corner[points + 1]}, u - column);
-  return std::lerp(low, high, v - row);
-}
 
 /// `count` places that follow q^3, in pairs on opposite sides. Each has an equal share of the
 /// light.
@@ -82,31 +55,22 @@ std::vector<Offset> profile_points(std::size_t count) {
     const double r = place_of_sum(below, u[0] * below.back());
     const double cosine = 2 * u[1] - 1, sine = std::sqrt(1 - cosine * cosine);
     const double angle = 2 * std::numbers::pi * u[2];
-    const Offset point{r * sine * std::cos(angle), r * sine * std::sin(angle), r * cosine,
-                       halo_volume};
-    points.push_back(point);
-    points.push_back({-point.x, -point.y, -point.z, halo_volume});
+    const ClumpPlace point{r * sine * std::cos(angle), r * sine * std::sin(angle), r * cosine};
+    points.push_back({point, halo_volume});
+    points.push_back({{-point.x, -point.y, -point.z}, halo_volume});
   }
   return points;
-}
-
-/// A wave of period 1 between -1 and 1.
-double wave(double x) {
-  const double f = x - std::nearbyint(x);
-  return f * (8 - 16 * std::abs(f));
 }
 
 /// The n-th of the points of a clump, in its radii along the lattice's axes. Two of four pairs of
 /// points are in the halo and one is in each core. A point's light is therefore multiplied by 2 or
 /// 4.
-Offset place_in_clump(const ClumpTier& tier, const Clump& clump, std::size_t n, Offset at) {
+Offset place_in_clump(const ClumpTier& tier, const AssociationClump& clump, std::size_t n,
+                      Offset at) {
   const ClumpShape& shape = clump.shape;
   const std::size_t part = n / 2 % pairs_of_parts;
   if (part < 2) {
-    const double in_plane = 1 - at.x * at.x - at.y * at.y;
-    at.light *= 2 * double{tier.halo[clump.model]} *
-                (1 - double{tier.cavity[clump.model]} * in_plane * in_plane) *
-                (1 + double{shape.tilt[0]} * at.x + double{shape.tilt[1]} * at.y);
+    at.light *= 2 * double{tier.halo[clump.model]} * halo_share(tier, clump, at);
   } else {
     constexpr double radius{core_radius};
     const double height = part == 2 ? 1 : double{second_core};
@@ -115,14 +79,7 @@ Offset place_in_clump(const ClumpTier& tier, const Clump& clump, std::size_t n, 
     at.y = radius * at.y + double{part == 2 ? shape.core[1] : shape.core[0]};
     at.z *= radius;
   }
-  const auto bent = [&](const Bend& by, double along, double phase) {
-    return double{by.height} * double{tier.bends} * wave(along * double{by.cycles} + phase);
-  };
-  const double turn = at.z * double{bend_turn};
-  at.y -= bent(narrow_bend, at.x, double{shape.phase[3]});
-  at.x -= bent(narrow_bend, at.y, double{shape.phase[2]});
-  at.y -= bent(wide_bend, at.x, double{shape.phase[1]} - turn);
-  at.x -= bent(wide_bend, at.y, double{shape.phase[0]} + turn);
+  static_cast<ClumpPlace&>(at) = bent_place(tier, clump, at);
   return at;
 }
 
@@ -132,14 +89,16 @@ using OctaveArrays = AssociationTexture::OctaveArrays;
 /// footprint, and are computed once. The mean for a footprint does not depend on the others.
 class Means {
  public:
-  Means(const AssociationTexture& texture, const AssociationLayer& layer,
-        std::span<const double> footprints, double error)
+  Means(const AssociationTexture& texture, const Layer& layer, std::span<const double> widths,
+        double error, std::size_t most_points)
       : texture_(texture),
         layer_(layer),
-        widths_(footprints.begin(), footprints.end()),
+        widths_(widths.begin(), widths.end()),
         error_(error),
-        footprints_(footprints.size()) {
+        most_points_(most_points),
+        footprints_(widths.size()) {
     for (std::size_t w = 0; w < widths_.size(); ++w) {
+      widths_[w] *= layer.footprint_scale();
       std::fill_n(footprints_[w].data(), batch_capacity, static_cast<float>(widths_[w]));
     }
   }
@@ -173,14 +132,14 @@ class Means {
     const double clumps = double{tier.occupancy} / (tier.side * tier.side);
     const double chance = clump_spread * seen_of(tier, w) / std::sqrt(clumps);
     const double excess = chance / (tier_error * error_);
-    if (excess < 1 || 4 / (tier.side * tier.side) > most_cells) return 0;
+    if (excess < 1 || cells_of(tier) > most_cells) return 0;
     const auto parts = static_cast<std::size_t>(std::pow(excess, 1.5) / pairs_of_parts);
     return std::clamp(2 * pairs_of_parts * parts, fewest_points, most_clump_points);
   }
 
   /// <M>, with an error that suits the share of the light by which it is multiplied.
   std::vector<double> means_of_octaves() const {
-    const std::size_t first = std::min(first_points, layer_.most_points);
+    const std::size_t first = std::min(first_points, most_points_);
     std::vector<std::size_t> all(widths_.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
     const std::vector<CloudMean> rough = measure_octaves(first, all);
@@ -193,7 +152,7 @@ class Means {
       const double excess = share * rough[w].error / rough[w].mean / error_;
       if (excess <= 1) continue;
       const double needed = points_margin * static_cast<double>(first) * excess * excess;
-      larger[shared_cloud_size(needed, layer_.most_points)].push_back(w);
+      larger[shared_cloud_size(needed, most_points_)].push_back(w);
     }
     for (const auto& [size, chosen] : larger) {
       const std::vector<CloudMean> means = measure_octaves(size, chosen);
@@ -230,7 +189,7 @@ class Means {
 
   /// <M C_l>; `points` is the number of points of a clump for each footprint, 0 for none.
   std::vector<double> means_of_clumps(std::size_t l, std::span<const std::size_t> points) const {
-    const std::vector<Clump> clumps = find_clumps(l);
+    const std::vector<AssociationClump> clumps = find_clumps(texture_, l);
     const std::vector<bool> is_seen = clumps_there(l, clumps, points);
     std::vector<std::size_t> seen;
     for (std::size_t c = 0; c < clumps.size(); ++c) {
@@ -267,7 +226,7 @@ class Means {
 
   /// Fills sums[k * footprints + w] with the sum over the first points[w] points of the k-th of
   /// these clumps, which fit a batch.
-  void add_clumps_of(std::size_t l, const std::vector<Clump>& clumps,
+  void add_clumps_of(std::size_t l, const std::vector<AssociationClump>& clumps,
                      std::span<const std::size_t> chosen, const std::vector<Offset>& offsets,
                      std::span<const std::size_t> points, std::span<double> sums) const {
     const ClumpTier& tier = texture_.tiers()[l];
@@ -275,7 +234,7 @@ class Means {
     BatchArray x{}, y{}, z{}, density, light;
     std::size_t size = 0;
     for (const std::size_t n : chosen) {
-      const Clump& clump = clumps[n];
+      const AssociationClump& clump = clumps[n];
       for (std::size_t k = 0; k < offsets.size(); ++k) {
         const Offset at = place_in_clump(tier, clump, k, offsets[k]);
         x[size] = static_cast<float>(clump.x + clump.radius * (c * at.x - s * at.y));
@@ -285,7 +244,10 @@ class Means {
       }
     }
     const Points at{x.data(), y.data(), z.data(), size};
-    layer_.density(at, density.data());
+    layer_.envelope_above_plane(at, density.data());
+    for (std::size_t i = 0; i < size; ++i) {
+      density[i] = static_cast<float>(double{density[i]} / layer_.envelope_integral());
+    }
     OctaveArrays noise, products;
     texture_.fill_octaves(at, noise);
     for (std::size_t w = 0; w < widths_.size(); ++w) {
@@ -294,62 +256,23 @@ class Means {
       const BatchArray& whole = products[texture_.octaves()];
       const BatchArray& crowding = products[texture_.octaves_before(l)];
       for (std::size_t k = 0; k < chosen.size(); ++k) {
-        const Clump& clump = clumps[chosen[k]];
+        const AssociationClump& clump = clumps[chosen[k]];
         double& sum = sums[k * widths_.size() + w];
         const std::size_t begin = k * offsets.size();
         for (std::size_t i = begin; i < begin + points[w]; ++i) {
           const double occupancy =
               std::min(clump.occupancy * double{std::max(crowding[i], least_complexes)},
                        double{most_occupancy});
-          const double weight = std::clamp(
-              (1 + double{fade_range} - clump.number / occupancy) / (2 * double{fade_range}), 0.0,
-              1.0);
+          const double weight = weight_of(clump.number, occupancy);
           sum += weight / occupancy * double{light[i]} * double{density[i]} * double{whole[i]};
         }
       }
     }
   }
 
-  /// The clumps of tier l that may exist.
-  std::vector<Clump> find_clumps(std::size_t l) const {
-    const ClumpTier& tier = texture_.tiers()[l];
-    const double c = double{tier.cosine} * tier.side, s = double{tier.sine} * tier.side;
-    // The factor of an octave is below 2.
-    const double most = std::ldexp(1.0, static_cast<int>(texture_.octaves_before(l)));
-    // Cells within this radius may hold clumps, in sides of a cell.
-    const double reach = 1 / tier.side + 1;
-    const auto first_row = static_cast<int>(std::floor(double{tier.offset_y} - reach)) - 1;
-    const auto last_row = static_cast<int>(std::ceil(double{tier.offset_y} + reach));
-    std::vector<Clump> result;
-    for (int j = first_row; j <= last_row; ++j) {
-      // The row's places nearest to the axis.
-      const double near = std::max({j - double{tier.offset_y}, double{tier.offset_y} - j - 1, 0.0});
-      const double half = std::sqrt(std::max(reach * reach - near * near, 0.0));
-      const auto first = static_cast<int>(std::floor(double{tier.offset_x} - half)) - 1;
-      const auto last = static_cast<int>(std::ceil(double{tier.offset_x} + half));
-      const std::uint32_t along = mix32(static_cast<std::uint32_t>(j) * lattice_py + tier.seed);
-      for (int i = first; i <= last; ++i) {
-        const std::uint32_t word = mix32((static_cast<std::uint32_t>(i) * lattice_px) ^ along);
-        const double u = i + (word & 0xFFFF) * 0x1p-16 - double{tier.offset_x};
-        const double v = j + (word >> 16) * 0x1p-16 - double{tier.offset_y};
-        if (u * u + v * v > reach * reach) continue;
-        const double x = tier.side * (c * u - s * v), y = tier.side * (s * u + c * v);
-        const std::uint32_t again = mix32(word + cell_step);
-        const double number = (again & 0xFFFF) * 0x1p-16;
-        const double occupancy = double{tier.occupancy} * density_at(texture_.density(), x, y);
-        const double largest = std::min(occupancy * most, double{most_occupancy});
-        if (number > (1 + double{fade_range}) * largest) continue;
-        const std::size_t k = again >> (32 - clump_bits);
-        result.push_back({x, y, double{tier.height[k]}, 1 / double{tier.inverse_radius[k]}, number,
-                          occupancy, k, ClumpShape(mix32(again + cell_step))});
-      }
-    }
-    return result;
-  }
-
   /// Whether each clump exists for each footprint with points, [clump * footprints + w]. The
   /// octaves near its centre decide.
-  std::vector<bool> clumps_there(std::size_t l, const std::vector<Clump>& clumps,
+  std::vector<bool> clumps_there(std::size_t l, const std::vector<AssociationClump>& clumps,
                                  std::span<const std::size_t> points) const {
     std::vector<bool> result(clumps.size() * widths_.size(), false);
     for (std::size_t first = 0; first < clumps.size(); first += batch_capacity) {
@@ -367,7 +290,7 @@ class Means {
         multiply(size, noise, w, products);
         const BatchArray& crowding = products[texture_.octaves_before(l)];
         for (std::size_t i = 0; i < size; ++i) {
-          const Clump& clump = clumps[first + i];
+          const AssociationClump& clump = clumps[first + i];
           const double most = clump.occupancy * double{std::max(crowding[i], least_complexes)};
           result[(first + i) * widths_.size() + w] = clump.number <= occupancy_margin * most;
         }
@@ -383,18 +306,19 @@ class Means {
   }
 
   const AssociationTexture& texture_;
-  const AssociationLayer& layer_;
+  const Layer& layer_;
   std::vector<double> widths_;
   double error_;
+  std::size_t most_points_;
   std::vector<BatchArray> footprints_;
 };
 
 }  // namespace
 
-std::vector<double> association_means(const AssociationTexture& texture,
-                                      const AssociationLayer& layer,
-                                      std::span<const double> footprints, double error) {
-  return Means(texture, layer, footprints, error).values();
+std::vector<double> association_means(const AssociationTexture& texture, const Layer& layer,
+                                      std::span<const double> widths, double error,
+                                      std::size_t most_points) {
+  return Means(texture, layer, widths, error, most_points).values();
 }
 
 }  // namespace gamer

@@ -224,6 +224,14 @@ AssociationTexture::AssociationTexture(const AssociationTexture& twin, std::uint
   add_octaves();
 }
 
+std::unique_ptr<AssociationTexture> AssociationTexture::of_clumps(const AssociationTexture& whole) {
+  auto clumps = std::make_unique<AssociationTexture>(whole, whole.parameters_.seed);
+  const auto share = static_cast<float>(1 - whole.parameters_.diffuse);
+  clumps->parameters_.diffuse = 0;
+  for (ClumpTier& tier : clumps->tiers_) tier.share /= share;
+  return clumps;
+}
+
 void AssociationTexture::place_lattices() {
   for (std::size_t index = 0; index < tiers_.size(); ++index) {
     ClumpTier& tier = tiers_[index];

@@ -70,6 +70,9 @@ class AssociationTexture : public ScaledTexture {
   /// A texture with equal parameters, but for the seed.
   AssociationTexture(const AssociationTexture& twin, std::uint64_t seed);
 
+  /// The texture of the clumps alone: that of `whole` without the light outside clumps.
+  static std::unique_ptr<AssociationTexture> of_clumps(const AssociationTexture& whole);
+
   bool hides(double footprint) const override;
   double frequency() const override;
   double refinement(double footprint) const override;

@@ -497,6 +497,7 @@ std::vector<double> GalaxyStatistics::for_all(const std::vector<double>& widths,
 }
 
 double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) const {
+  if (field.has_texture_mean()) return 1;  // Galaxy::largest_phi() needs no sample
   // The places are uniform in area and in height, so that the layer's faint edges are included.
   const LayerShape& shape = field.shape();
   float largest = 0;

@@ -43,46 +43,11 @@ class Associations : public Layer {
   bool has_texture_mean() const override { return true; }
   std::vector<double> texture_means(std::span<const double> widths, double error,
                                     std::size_t most_points) const override {
-    AssociationLayer layer;
-    layer.density = [&](const Points& points, float* out) {
-      envelope_at(points, out);
-      for (std::size_t i = 0; i < points.size; ++i) {
-        out[i] = static_cast<float>(double{out[i]} / integral_);
-      }
-    };
-    layer.cloud = [this](std::size_t size) { return cloud(size); };
-    layer.most_points = most_points;
-    std::vector<double> footprints(widths.begin(), widths.end());
-    for (double& footprint : footprints) footprint *= footprint_scale();
-    return association_means(static_cast<const AssociationTexture&>(*texture()), layer, footprints,
-                             error);
+    return association_means(static_cast<const AssociationTexture&>(*texture()), *this, widths,
+                             error, most_points);
   }
 
  private:
-  /// The envelope at points whose z are heights above the mid-plane. It is 0 outside the ball.
-  void envelope_at(const Points& points, float* out) const {
-    SampleBatch batch{};
-    batch.size = points.size;
-    for (std::size_t i = 0; i < batch.size; ++i) {
-      batch.x[i] = points.x[i];
-      batch.y[i] = points.y[i];
-      batch.z[i] = points.z[i];
-      batch.r[i] = std::hypot(batch.x[i], batch.y[i]);
-      batch.azimuth[i] = std::atan2(batch.y[i], batch.x[i]);
-    }
-    if (is_warped()) {
-      BatchArray lifted;
-      lift(batch, lifted.data());
-      for (std::size_t i = 0; i < batch.size; ++i) batch.z[i] += lifted[i];
-    }
-    for (std::size_t i = 0; i < batch.size; ++i) {
-      batch.taper[i] =
-          static_cast<float>(taper_at(std::hypot(double{batch.r[i]}, double{batch.z[i]})));
-    }
-    arms().winding(batch.r.data(), batch.size, batch.winding.data());
-    Layer::envelope(batch, out);
-  }
-
   /// The envelope in the mid-plane.
   SurfaceDensity surface_density() const {
     SurfaceDensity density{density_points, std::vector<float>(density_points * density_points)};
@@ -96,7 +61,7 @@ class Associations : public Layer {
         x[i] = place((first + i) % density_points);
         y[i] = place((first + i) / density_points);
       }
-      envelope_at({x.data(), y.data(), z.data(), size}, envelope.data());
+      envelope_above_plane({x.data(), y.data(), z.data(), size}, envelope.data());
       std::copy_n(envelope.data(), size, density.values.data() + first);
     }
     const float most = *std::ranges::max_element(density.values);

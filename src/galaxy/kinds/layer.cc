@@ -223,6 +223,29 @@ LayerShape Layer::read_shape(const ComponentInput& input, bool has_arm_width) {
   return shape;
 }
 
+void Layer::envelope_above_plane(const Points& points, float* out) const {
+  SampleBatch batch{};
+  batch.size = points.size;
+  for (std::size_t i = 0; i < batch.size; ++i) {
+    batch.x[i] = points.x[i];
+    batch.y[i] = points.y[i];
+    batch.z[i] = points.z[i];
+    batch.r[i] = std::hypot(batch.x[i], batch.y[i]);
+    batch.azimuth[i] = std::atan2(batch.y[i], batch.x[i]);
+  }
+  if (is_warped()) {
+    BatchArray lifted;
+    lift(batch, lifted.data());
+    for (std::size_t i = 0; i < batch.size; ++i) batch.z[i] += lifted[i];
+  }
+  for (std::size_t i = 0; i < batch.size; ++i) {
+    batch.taper[i] =
+        static_cast<float>(taper_at(std::hypot(double{batch.r[i]}, double{batch.z[i]})));
+  }
+  arms_.winding(batch.r.data(), batch.size, batch.winding.data());
+  envelope(batch, out);
+}
+
 void Layer::envelope(const SampleBatch& batch, float* out) const {
   if (!is_warped()) return envelope_at(batch, batch.z.data(), out);
   BatchArray heights;

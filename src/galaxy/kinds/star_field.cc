@@ -4,6 +4,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "galaxy/associations/association_clumps.h"
+#include "galaxy/associations/association_mean.h"
+#include "galaxy/associations/association_texture.h"
+
 namespace gamer {
 namespace {
 
@@ -28,6 +32,36 @@ StarField::StarField(const LayerShape& shape, const ArmPattern& arms, StellarPop
       colours_(twin != nullptr ? twin->colours_ : StarColours(mean_sed_)),
       envelope_integral_(twin != nullptr ? twin->envelope_integral_ : Layer::envelope_integral()) {
   sed_ = mean_sed_;
+}
+
+bool StarField::gather_in_clumps(const Component& associations) {
+  const auto* const whole = dynamic_cast<const AssociationTexture*>(associations.texture());
+  if (whole == nullptr || texture_ != nullptr) return false;
+  for (const ClumpTier& tier : whole->tiers()) {
+    if (cells_of(tier) <= StarClumps::most_cells) continue;
+    throw InputError(follows_where(), "component '" + name() + "': follows '" + follows() +
+                                          "', whose smallest clumps are too small to hold stars; "
+                                          "lower its luminosity_range");
+  }
+  texture_ = AssociationTexture::of_clumps(*whole);
+  is_in_clumps_ = true;
+  return true;
+}
+
+std::vector<double> StarField::texture_means(std::span<const double> widths, double error,
+                                             std::size_t most_points) const {
+  if (!is_in_clumps_) return Layer::texture_means(widths, error, most_points);
+  return association_means(static_cast<const AssociationTexture&>(*texture_), *this, widths, error,
+                           most_points);
+}
+
+const StarClumps* StarField::clumps() const {
+  if (!is_in_clumps_) return nullptr;
+  std::call_once(has_clumps_, [this] {
+    clumps_ = std::make_unique<const StarClumps>(static_cast<const AssociationTexture&>(*texture_),
+                                                 *this);
+  });
+  return clumps_.get();
 }
 
 std::uint64_t StarField::key() const { return hash_text(seed_, name()); }

@@ -207,7 +207,7 @@ void StarPainter::paint_field(std::size_t number, const Tile& tile, const Reach&
   const StarFields::Field& field = fields_->fields()[number];
   const StarField& stars = *field.stars;
   const PlacedGalaxy& placed = scene_->galaxies[static_cast<std::size_t>(field.galaxy)];
-  const double largest_phi = placed.galaxy->calibration().largest_phi[field.component];
+  const double largest_phi = placed.galaxy->largest_phi(field.component);
   double light = 0;
   for (std::size_t p = 0; p < reach.light_of_flux.size(); ++p) {
     light = std::max(light, looks_[number].unit * looks_[number].most[p] * reach.light_of_flux[p]);
@@ -240,8 +240,14 @@ void StarPainter::sift(const StarFields::Field& field, Batch& batch, RenderCount
     batch.y[i] = place != nullptr ? static_cast<float>(place[1]) : 0;
     batch.z[i] = place != nullptr ? static_cast<float>(place[2]) : 0;
   }
-  galaxy.evaluate_component(field.component, {batch.x.data(), batch.y.data(), batch.z.data(), size},
-                            0, batch.density, counts);
+  const Points points{batch.x.data(), batch.y.data(), batch.z.data(), size};
+  if (const StarClumps* const clumps = field.stars->clumps()) {
+    std::vector<std::uint32_t> owners;
+    for (const Batch::Entry& entry : batch.entries) owners.push_back(entry.candidate.clump);
+    clumps->evaluate(points, owners, batch.density.data());
+  } else {
+    galaxy.evaluate_component(field.component, points, 0, batch.density, counts);
+  }
   std::size_t kept = 0;
   for (std::size_t i = 0; i < size; ++i) {
     if (double{batch.density[i]} > batch.entries[i].threshold) {

@@ -68,6 +68,8 @@ class Layer : public Component {
     return follows_arms() || (texture() != nullptr && texture()->twirl() != 0);
   }
 
+  /// The envelope at points whose z are heights above the mid-plane. It is 0 outside the ball.
+  void envelope_above_plane(const Points& points, float* out) const;
   bool is_warped() const override { return !shape_.warp.is_flat(); }
   void lift(const SampleBatch& batch, float* out) const override { shape_.warp.lift(batch, out); }
 

@@ -1,9 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <vector>
 
 #include "gamer/core/random.h"
 #include "gamer/galaxy/kinds/layer.h"
+#include "gamer/galaxy/star_clumps.h"
 #include "gamer/galaxy/star_colours.h"
 #include "gamer/galaxy/stellar_population.h"
 
@@ -31,6 +36,12 @@ class StarField : public Layer {
   double envelope_integral() const override { return envelope_integral_; }
   bool depends_on_seed() const override { return true; }
   const StarField* star_field() const override { return this; }
+  bool gather_in_clumps(const Component& associations) override;
+  bool has_texture_mean() const override { return is_in_clumps_; }
+  std::vector<double> texture_means(std::span<const double> widths, double error,
+                                    std::size_t most_points) const override;
+  /// The clumps in which all stars lie, or null. They are made on the first call.
+  const StarClumps* clumps() const;
 
   const StellarPopulation& population() const { return population_; }
   /// Number of stars in the galaxy.
@@ -58,9 +69,11 @@ class StarField : public Layer {
   };
   struct Candidate {
     double position[3];
-    /// The candidate is a star where envelope Phi exceeds this value.
+    /// The candidate is a star where envelope Phi exceeds this value. In clumps
+    /// StarClumps::evaluate() must exceed it.
     double threshold;
     std::uint64_t key;
+    std::uint32_t clump = 0;  ///< index of the candidate's clump
   };
   struct Star {
     double luminosity;
@@ -69,9 +82,22 @@ class StarField : public Layer {
 
   /// Calls take(candidate) for all candidates of class k, cell by cell in a fixed order. Cells for
   /// which keep(cell) is false are skipped with their contents. Phi above `largest_phi`
-  /// (GalaxyCalibration) counts as `largest_phi`.
+  /// (Galaxy::largest_phi()) counts as `largest_phi`. In clumps, boxes take the place of cells.
   template <class Keep, class Take>
   void walk(std::size_t k, double largest_phi, const Keep& keep, const Take& take) const {
+    if (const StarClumps* const places = clumps()) {
+      const auto keep_box = [&](const StarClumps::Box& box) {
+        return keep(Cell{{box.centre[0], box.centre[1], box.centre[2]}, box.half, 0, 0});
+      };
+      const auto take_star = [&](const StarClumps::Candidate& star) {
+        take(Candidate{{star.position[0], star.position[1], star.position[2]},
+                       star.threshold,
+                       star.key,
+                       star.clump});
+      };
+      return places->walk(hash_words({key(), k}),
+                          density() * population_.at(k).number * largest_phi, keep_box, take_star);
+    }
     descend({{0, 0, 0}, 1, 0, hash_words({key(), k})},
             density() * population_.at(k).number * largest_phi, largest_phi, keep, take);
   }
@@ -109,6 +135,9 @@ class StarField : public Layer {
   std::shared_ptr<const Sed> mean_sed_;  ///< of the blackbodies
   StarColours colours_;
   double envelope_integral_;
+  bool is_in_clumps_ = false;
+  mutable std::once_flag has_clumps_;
+  mutable std::unique_ptr<const StarClumps> clumps_;
 };
 
 template <class Keep, class Take>
