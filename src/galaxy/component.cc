@@ -81,7 +81,9 @@ ComponentKind with_shared_parameters(ComponentKind kind) {
   if (kind.traits.absorbs) parameters = parameters + dust_parameters();
   if (kind.traits.can_follow) {
     parameters.push_back(Parameter::text(
-        "follows", std::nullopt, "name of the disk component whose noise also modulates this one"));
+        "follows", std::nullopt,
+        "name of the disk component whose noise also modulates this one; for a starfield with "
+        "noise = false also of the associations in whose clumps its stars lie"));
   }
   kind.parameters = parameters + kind.parameters + kind.texture_parameters;
   return kind;

@@ -236,6 +236,15 @@ void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
   check_densities();
 }
 
+void Galaxy::evaluate_stars(std::size_t c, const Points& points,
+                            std::span<const std::uint32_t> clumps, BatchArray& density,
+                            EvaluationCounts& counts) const {
+  if (const StarClumps* const own = components_[c]->star_field()->clumps()) {
+    return own->evaluate(points, clumps, density.data());
+  }
+  evaluate_component(c, points, 0, density, counts);
+}
+
 double Galaxy::largest_phi(std::size_t c) const {
   const StarClumps* const clumps = components_[c]->star_field()->clumps();
   if (clumps == nullptr) return calibration_.largest_phi[c];

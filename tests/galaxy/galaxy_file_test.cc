@@ -363,10 +363,12 @@ TEST(GalaxyFile, ErrorsOfFollows) {
   EXPECT_EQ(galaxy_error(disk + stars + "follows = \"thim\""),
             "g.toml:10:11: component 's': follows 'thim', which is no component; did you mean "
             "'thin'?");
-  EXPECT_EQ(galaxy_error(disk + stars + "follows = \"s\""),
-            "g.toml:10:11: component 's': follows 's', which is no disk with noise");
+  EXPECT_EQ(
+      galaxy_error(disk + stars + "follows = \"s\""),
+      "g.toml:10:11: component 's': follows 's', which is no disk with noise and no associations");
   EXPECT_EQ(galaxy_error(disk + "noise = false\n" + stars + "follows = \"thin\""),
-            "g.toml:11:11: component 's': follows 'thin', which is no disk with noise");
+            "g.toml:11:11: component 's': follows 'thin', which is no disk with noise and no "
+            "associations");
   EXPECT_EQ(galaxy_error(disk + "active = false\n" + stars + "follows = \"thin\""),
             "g.toml:11:11: component 's': follows 'thin', which is not active");
   EXPECT_EQ(

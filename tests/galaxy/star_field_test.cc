@@ -16,61 +16,13 @@
 #include "core/error_text.h"
 #include "galaxy/evaluate.h"
 #include "galaxy/galaxy_text.h"
+#include "galaxy/stars_of.h"
 
 namespace gamer {
 namespace {
 
 std::string field_text(const std::string& rest) {
   return "[[component]]\nclass = \"starfield\"\nname = \"f\"\n" + rest + "\n";
-}
-
-const StarField& field_of(const Galaxy& galaxy, std::size_t c = 0) {
-  return dynamic_cast<const StarField&>(*galaxy.components()[c]);
-}
-
-struct FoundStar {
-  Vector place;
-  double luminosity, temperature;
-  std::size_t star_class;
-  auto key() const { return std::tie(place, luminosity, temperature); }
-};
-
-/// All stars of a galaxy's field.
-std::vector<FoundStar> stars_of(const Galaxy& galaxy, std::size_t c = 0) {
-  const StarField& field = field_of(galaxy, c);
-  std::vector<FoundStar> result;
-  std::vector<StarField::Candidate> candidates;
-  EvaluationCounts counts;
-  for (std::size_t k = 0; k < field.population().size(); ++k) {
-    const auto take_all = [&] {
-      BatchArray x{}, y{}, z{}, density;
-      for (std::size_t i = 0; i < candidates.size(); ++i) {
-        x[i] = static_cast<float>(candidates[i].position[0]);
-        y[i] = static_cast<float>(candidates[i].position[1]);
-        z[i] = static_cast<float>(candidates[i].position[2]);
-      }
-      galaxy.evaluate_component(c, {x.data(), y.data(), z.data(), candidates.size()}, 0, density,
-                                counts);
-      for (std::size_t i = 0; i < candidates.size(); ++i) {
-        const StarField::Candidate& own = candidates[i];
-        if (!(double{density[i]} > own.threshold)) continue;
-        const double luminosity = field.luminosity(k, own);
-        result.push_back({{own.position[0], own.position[1], own.position[2]},
-                          luminosity,
-                          field.temperature(luminosity, own),
-                          k});
-      }
-      candidates.clear();
-    };
-    field.walk(
-        k, galaxy.calibration().largest_phi[c], [](const StarField::Cell&) { return true; },
-        [&](const StarField::Candidate& candidate) {
-          candidates.push_back(candidate);
-          if (candidates.size() == batch_capacity) take_all();
-        });
-    take_all();
-  }
-  return result;
 }
 
 /// Deviation of chi-square from its mean in units of its standard deviation.
@@ -311,12 +263,12 @@ TEST(StarField, PartsOfSpaceHaveTheStarsOfTheWhole) {
     std::vector<std::uint64_t> whole, part, within;
     const auto is_inside = [](const double* p) { return p[0] > 0.1 && p[1] < 0.2; };
     field.walk(
-        k, galaxy->calibration().largest_phi[0], [](const StarField::Cell&) { return true; },
+        k, galaxy->largest_phi(0), [](const StarField::Cell&) { return true; },
         [&](const StarField::Candidate& c) {
           if (is_inside(c.position)) whole.push_back(c.key);
         });
     field.walk(
-        k, galaxy->calibration().largest_phi[0],
+        k, galaxy->largest_phi(0),
         [](const StarField::Cell& cell) {
           return cell.centre[0] + cell.half > 0.1 && cell.centre[1] - cell.half < 0.2;
         },
@@ -367,7 +319,7 @@ TEST(StarField, LargestPhiIsNotExceeded) {
     }
     const auto textured = evaluate(*galaxy, places)[0];
     const auto plain = evaluate(*smooth, places)[0];
-    const double largest = galaxy->calibration().largest_phi[0];
+    const double largest = galaxy->largest_phi(0);
     const double scale =
         smooth->components()[0]->amplitude() / galaxy->components()[0]->amplitude();
     double most = 0;
@@ -399,8 +351,7 @@ TEST(StarField, TablesOfLuminosities) {
   const StarField& field = field_of(*coloured);
   int done = 0;
   field.walk(
-      0, coloured->calibration().largest_phi[0],
-      [](const StarField::Cell& cell) { return cell.centre[0] < 0.1; },
+      0, coloured->largest_phi(0), [](const StarField::Cell& cell) { return cell.centre[0] < 0.1; },
       [&](const StarField::Candidate& c) {
         if (done++ > 100) return;
         const double l = field.luminosity(0, c);

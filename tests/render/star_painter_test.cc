@@ -274,7 +274,7 @@ TEST(StarPainter, FindsAllStarsInView) {
       std::size_t expected = 0;
       for (std::size_t k = 0; k < stars.population().size(); ++k) {
         stars.walk(
-            k, placed.galaxy->calibration().largest_phi[painted.fields->fields()[0].component],
+            k, placed.galaxy->largest_phi(painted.fields->fields()[0].component),
             [](const StarField::Cell&) { return true; },
             [&](const StarField::Candidate& candidate) {
               const auto& at = candidate.position;
@@ -410,8 +410,7 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
     field.walk(
         k,
         clear.scene->galaxies[0]
-            .galaxy->calibration()
-            .largest_phi[clear.fields->fields()[0].component],
+            .galaxy->largest_phi(clear.fields->fields()[0].component),
         [](const StarField::Cell&) { return true; },
         [&](const StarField::Candidate& c) {
           const auto pixel = clear.camera.pixel({c.position[0], c.position[1], c.position[2]});

@@ -83,6 +83,10 @@ class Galaxy {
 
   /// Index of the component whose texture also modulates component c, or -1.
   int followed(std::size_t c) const { return followed_[c]; }
+  /// What the thresholds of a star field's candidates are compared with at their places: envelope
+  /// Phi of component c, or StarClumps::evaluate() for stars in the clumps of these indices.
+  void evaluate_stars(std::size_t c, const Points& points, std::span<const std::uint32_t> clumps,
+                      BatchArray& density, EvaluationCounts& counts) const;
   /// The largest value of Phi that is used for component c, which is a star field. For stars in
   /// clumps it is the ratio of Phi to the sum of StarClumps.
   double largest_phi(std::size_t c) const;

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 
 #include "galaxy/associations/association_clumps.h"
 #include "galaxy/associations/association_texture.h"
 #include "galaxy/running_sums.h"
+#include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/core/random_variate.h"
 #include "gamer/galaxy/kinds/layer.h"
@@ -15,16 +17,17 @@
 namespace gamer {
 namespace {
 
-// Places in a clump that give its bound: its middle, and six at this distance, radii.
-constexpr std::size_t places_of_clump = 7;
-constexpr double place_distance = 0.5;
-// Margin of the bound, since D and M vary between these places.
-constexpr double bound_margin = 1.25;
+// Places in a clump that give its bound. Their density is q^3.
+constexpr std::size_t places_of_clump = 64;
+
+// Margin of the bound, since D and M vary between these places. M has many scales: fewer
+// places or a smaller margin lose stars where it is large.
+constexpr double bound_margin = 1.5;
 // Most clumps of a box without parts.
 constexpr std::uint32_t most_clumps = 8;
-// Attempts to place a star by the shape of the halo. The halo has more than a third of q^3
-// everywhere but in the deepest cavities.
-constexpr int most_attempts = 16;
+// Attempts to place a star by the shape of the halo. In the deepest cavity an attempt succeeds with
+// a probability of 0.15.
+constexpr int most_attempts = 64;
 
 /// Uniform random numbers that follow from a key.
 class Numbers {
@@ -100,40 +103,42 @@ StarClumps::StarClumps(const AssociationTexture& texture, const Layer& layer)
 double StarClumps::scale() const { return texture_.scale(); }
 
 void StarClumps::find_sources(std::size_t tier) {
+  static const std::vector<ClumpPlace> places = [] {
+    std::vector<ClumpPlace> result;
+    Numbers numbers(0);
+    for (std::size_t n = 0; n < places_of_clump; ++n) result.push_back(place_in_ball(numbers));
+    return result;
+  }();
   constexpr std::size_t in_batch = batch_capacity / places_of_clump;
   std::vector<Source> found;
-  for (const AssociationClump& clump : find_clumps(texture_, tier))
+  for (const AssociationClump& clump : find_clumps(texture_, tier)) {
     found.push_back({clump, tier, 0, 0});
-  for (std::size_t first = 0; first < found.size(); first += in_batch) {
-    const std::size_t count = std::min(in_batch, found.size() - first);
+  }
+  parallel_for((found.size() + in_batch - 1) / in_batch, [&](std::size_t b) {
+    const std::span batch = std::span(found)
+                                .subspan(b * in_batch)
+                                .first(std::min(in_batch, found.size() - b * in_batch));
     BatchArray x{}, y{}, z{}, light;
     std::vector<const Source*> owners;
-    for (std::size_t k = first; k < first + count; ++k) {
-      const AssociationClump& clump = found[k].clump;
-      for (std::size_t n = 0; n < places_of_clump; ++n) {
-        std::array<double, 3> place = {clump.x, clump.y, clump.z};
-        if (n > 0) {
-          place[(n - 1) / 2] += (n % 2 == 1 ? place_distance : -place_distance) * clump.radius;
-        }
-        x[owners.size()] = static_cast<float>(place[0]);
-        y[owners.size()] = static_cast<float>(place[1]);
-        z[owners.size()] = static_cast<float>(place[2]);
-        owners.push_back(&found[k]);
+    for (const Source& source : batch) {
+      const AssociationClump& clump = source.clump;
+      for (const ClumpPlace& at : places) {
+        x[owners.size()] = static_cast<float>(clump.x + clump.radius * at.x);
+        y[owners.size()] = static_cast<float>(clump.y + clump.radius * at.y);
+        z[owners.size()] = static_cast<float>(clump.z + clump.radius * at.z);
+        owners.push_back(&source);
       }
     }
-    const Points points{x.data(), y.data(), z.data(), owners.size()};
-    evaluate_places(points, owners, light.data());
-    for (std::size_t k = 0; k < count; ++k) {
+    evaluate_places({x.data(), y.data(), z.data(), owners.size()}, owners, light.data());
+    for (std::size_t k = 0; k < batch.size(); ++k) {
       const float* const own = light.data() + k * places_of_clump;
-      const double most{*std::max_element(own, own + places_of_clump)};
-      if (!(most > 0)) continue;
-      Source source = found[first + k];
-      const ClumpLight whole(texture_.tiers()[tier], source.clump);
-      source.bound = bound_margin * most;
-      source.stars = source.bound * (whole.halo + whole.cores);
-      sources_.push_back(source);
+      const ClumpLight whole(texture_.tiers()[tier], batch[k].clump);
+      batch[k].bound = bound_margin * double{*std::max_element(own, own + places_of_clump)};
+      batch[k].stars = batch[k].bound * (whole.halo + whole.cores);
     }
-  }
+  });
+  std::ranges::copy_if(found, std::back_inserter(sources_),
+                       [](const Source& source) { return source.stars > 0; });
 }
 
 void StarClumps::add_node(std::size_t at, std::uint32_t first, std::uint32_t count) {

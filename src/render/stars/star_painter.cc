@@ -1,6 +1,7 @@
 #include "gamer/render/stars/star_painter.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -241,13 +242,10 @@ void StarPainter::sift(const StarFields::Field& field, Batch& batch, RenderCount
     batch.z[i] = place != nullptr ? static_cast<float>(place[2]) : 0;
   }
   const Points points{batch.x.data(), batch.y.data(), batch.z.data(), size};
-  if (const StarClumps* const clumps = field.stars->clumps()) {
-    std::vector<std::uint32_t> owners;
-    for (const Batch::Entry& entry : batch.entries) owners.push_back(entry.candidate.clump);
-    clumps->evaluate(points, owners, batch.density.data());
-  } else {
-    galaxy.evaluate_component(field.component, points, 0, batch.density, counts);
-  }
+  std::array<std::uint32_t, batch_capacity> clumps;
+  for (std::size_t i = 0; i < size; ++i) clumps[i] = batch.entries[i].candidate.clump;
+  galaxy.evaluate_stars(field.component, points, std::span(clumps).first(size), batch.density,
+                        counts);
   std::size_t kept = 0;
   for (std::size_t i = 0; i < size; ++i) {
     if (double{batch.density[i]} > batch.entries[i].threshold) {
