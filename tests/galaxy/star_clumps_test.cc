@@ -111,21 +111,24 @@ TEST(StarClumps, StarsLieInTheClumpsOfTheAssociations) {
 
 // Skipped boxes leave out their stars and change no other star.
 TEST(StarClumps, PartsOfSpaceHaveTheStarsOfTheWhole) {
-  const auto galaxy = parse_galaxy(clumped_text(clump_kinds[3], "number = 20000\n"));
-  const StarField& field = *galaxy->components()[1]->star_field();
-  const auto keys = [&](const auto& keep) {
-    std::vector<std::uint64_t> result;
-    field.walk(0, galaxy->largest_phi(1), keep, [&](const StarField::Candidate& c) {
-      if (c.position[0] > 0.1 && c.position[1] < 0.2) result.push_back(c.key);
-    });
-    return result;
-  };
-  const auto whole = keys([](const StarField::Cell&) { return true; });
-  EXPECT_GT(whole.size(), 100u);
-  EXPECT_EQ(std::set(whole.begin(), whole.end()).size(), whole.size());
-  EXPECT_EQ(whole, keys([](const StarField::Cell& cell) {
-              return cell.centre[0] + cell.half > 0.1 && cell.centre[1] - cell.half < 0.2;
-            }));
+  for (const std::string warp : {"", "warp_height = 0.3\nwarp_twist = 200\n"}) {
+    const auto galaxy =
+        parse_galaxy(clumped_text(clump_kinds[3], "number = 20000\n", layer + warp));
+    const StarField& field = *galaxy->components()[1]->star_field();
+    const auto keys = [&](const auto& keep) {
+      std::vector<std::uint64_t> result;
+      field.walk(0, galaxy->largest_phi(1), keep, [&](const StarField::Candidate& c) {
+        if (c.position[0] > 0.1 && c.position[2] < 0.02) result.push_back(c.key);
+      });
+      return result;
+    };
+    const auto whole = keys([](const StarField::Cell&) { return true; });
+    EXPECT_GT(whole.size(), 100u);
+    EXPECT_EQ(std::set(whole.begin(), whole.end()).size(), whole.size());
+    EXPECT_EQ(whole, keys([](const StarField::Cell& cell) {
+                return cell.centre[0] + cell.half > 0.1 && cell.centre[2] - cell.half < 0.02;
+              }));
+  }
 }
 
 // Clumps follow the warped mid-plane.

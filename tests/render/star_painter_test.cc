@@ -36,6 +36,14 @@ std::string field(double number, const std::string& more = "") {
 
 const std::string smooth_noise = "noise = false";
 
+/// Stars in the clumps of associations, which have a millionth of the light.
+std::string clumped_field(double number) {
+  const std::string keys = "z0 = 0.04\nrh = 0.2\n";
+  return "[[component]]\nclass = \"associations\"\nname = \"clumps\"\nsed = \"flat\"\n" + keys +
+         "number = 300\nlargest = 0.15\nluminosity_range = 20\nfraction = 1e-6\n" +
+         field(number, smooth_noise + "\nfollows = \"clumps\"\nfraction = 0.999999\n");
+}
+
 std::string view(const std::string& camera, int size, double stars_per_pixel,
                  const std::string& more = "") {
   return fmt::format(
@@ -297,22 +305,40 @@ TEST(StarPainter, FindsAllStarsInView) {
 
 // Any tile has its stars of the image, in the image's order.
 TEST(StarPainter, TilesHaveTheStarsOfTheImage) {
-  const Painted painted({{{"g", field(2e5, "noise = {octaves = 2}")}},
-                         "galaxy x y z\ng 0 0 0\n",
-                         view(outside, 96, 2)});
-  const std::vector<Found> whole = painted.stars();
-  EXPECT_GT(whole.size(), 500u);
-  for (const StarPainter::Tile tile :
-       {StarPainter::Tile{0, 32, 0, 16}, {32, 64, 40, 56}, {60, 61, 50, 51}, {0, 96, 64, 65}}) {
-    std::vector<glm::dvec2> expected, found;
-    for (const Found& star : whole) {
-      if (star.pixel.x > tile.left - 1 && star.pixel.x < tile.right &&
-          star.pixel.y > tile.bottom - 1 && star.pixel.y < tile.top) {
-        expected.push_back(star.pixel);
+  for (const std::string& text : {field(2e5, "noise = {octaves = 2}"), clumped_field(2e5)}) {
+    const Painted painted({{{"g", text}}, "galaxy x y z\ng 0 0 0\n", view(outside, 96, 2)});
+    const std::vector<Found> whole = painted.stars();
+    EXPECT_GT(whole.size(), 500u);
+    for (const StarPainter::Tile tile :
+         {StarPainter::Tile{0, 32, 0, 16}, {32, 64, 40, 56}, {60, 61, 50, 51}, {0, 96, 64, 65}}) {
+      std::vector<glm::dvec2> expected, found;
+      for (const Found& star : whole) {
+        if (star.pixel.x > tile.left - 1 && star.pixel.x < tile.right &&
+            star.pixel.y > tile.bottom - 1 && star.pixel.y < tile.top) {
+          expected.push_back(star.pixel);
+        }
       }
+      for (const Found& star : painted.stars(tile)) found.push_back(star.pixel);
+      EXPECT_EQ(found, expected);
     }
-    for (const Found& star : painted.stars(tile)) found.push_back(star.pixel);
-    EXPECT_EQ(found, expected);
+  }
+}
+
+// Stars in clumps and their smooth light add up to the light of the field.
+TEST(StarPainter, LightOfStarsInClumpsAddsUp) {
+  const std::string text = clumped_field(1e5);
+  const auto painted = [&](double stars) {
+    return Painted({{{"g", text}}, "galaxy x y z\ng 0 0 0\n", view(outside, 64, stars)}).stars();
+  };
+  const std::vector<double> smooth = sums(text, view(outside, 64, 0));
+  double whole = 0;
+  for (const Found& star : painted(1e6)) whole += star.flux[0];
+  for (const double stars : {2.0, 1e6}) {
+    double square = 0;
+    for (const Found& star : painted(stars)) square += star.flux[0] * star.flux[0];
+    const double error = 3 * std::sqrt(square) / whole + 0.01;
+    EXPECT_LT(error, 0.03);
+    EXPECT_NEAR(sums(text, view(outside, 64, stars))[0] / smooth[0], 1, error) << stars;
   }
 }
 
@@ -408,9 +434,7 @@ TEST(StarPainter, DustDimsStarsBehindIt) {
   std::map<std::pair<double, double>, double> height;
   for (std::size_t k = 0; k < field.population().size(); ++k) {
     field.walk(
-        k,
-        clear.scene->galaxies[0]
-            .galaxy->largest_phi(clear.fields->fields()[0].component),
+        k, clear.scene->galaxies[0].galaxy->largest_phi(clear.fields->fields()[0].component),
         [](const StarField::Cell&) { return true; },
         [&](const StarField::Candidate& c) {
           const auto pixel = clear.camera.pixel({c.position[0], c.position[1], c.position[2]});

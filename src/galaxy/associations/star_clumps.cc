@@ -142,13 +142,14 @@ void StarClumps::find_sources(std::size_t tier) {
 }
 
 void StarClumps::add_node(std::size_t at, std::uint32_t first, std::uint32_t count) {
+  const LayerWarp& warp = layer_.shape().warp;
   std::array<double, 3> low, high;
   low.fill(2);
   high.fill(-2);
   double widest = 0;
   for (std::uint32_t i = first; i < first + count; ++i) {
     const AssociationClump& clump = sources_[i].clump;
-    const std::array<double, 3> place = {clump.x, clump.y, clump.z};
+    const std::array<double, 3> place = {clump.x, clump.y, clump.z + warp.lift(clump.x, clump.y)};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       low[axis] = std::min(low[axis], place[axis]);
       high[axis] = std::max(high[axis], place[axis]);
@@ -163,7 +164,10 @@ void StarClumps::add_node(std::size_t at, std::uint32_t first, std::uint32_t cou
     half = std::max(half, 0.5 * (high[axis] - low[axis]));
     if (high[axis] - low[axis] > high[longest] - low[longest]) longest = axis;
   }
-  node.box.half = half + widest * clump_reach(double{texture_.tiers().front().bends});
+  // A clump in a warped layer is as high as the plane rises across it, too.
+  const double slope = warp.is_flat() ? 0 : std::numbers::sqrt2 * warp.steepest(1);
+  const double reach = widest * clump_reach(double{texture_.tiers().front().bends});
+  node.box.half = half + reach * (1 + slope);
   if (count > most_clumps) {
     node.parts = static_cast<std::uint32_t>(nodes_.size());
     nodes_.resize(nodes_.size() + 2);
