@@ -173,17 +173,16 @@ void Galaxy::show_alone(const std::string& name, const SourceLocation& where) {
   }
 }
 
-void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
+int Galaxy::position(const std::string& name) const {
+  const auto found = std::ranges::find(components_, name, [](const auto& c) { return c->name(); });
+  return found != components_.end() ? static_cast<int>(found - components_.begin()) : -1;
+}
+
+void Galaxy::join_followers() {
   std::vector<std::string> names;
   for (const auto& c : components_) {
     if (c->texture() != nullptr) names.push_back(c->name());
   }
-  const auto position = [&](const std::string& name) {
-    for (std::size_t c = 0; c < components_.size(); ++c) {
-      if (components_[c]->name() == name) return static_cast<int>(c);
-    }
-    return -1;
-  };
   for (const auto& c : components_) {
     if (c->follows().empty()) continue;
     const int followed = position(c->follows());
@@ -205,6 +204,10 @@ void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
                                                "starfield with noise = false");
     }
   }
+}
+
+void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
+  join_followers();
   std::erase_if(components_, [](const auto& c) { return !c->active(); });
   if (components_.empty()) throw InputError(file, "no component of the galaxy is active");
   followed_.assign(components_.size(), -1);

@@ -111,6 +111,11 @@ class Galaxy {
   static std::shared_ptr<Galaxy> read_alone(const ConfigNode& root, const GalaxySettings& settings,
                                             Resources& resources);
   void resolve(const SourceLocation& file, const Galaxy* twin);
+  /// Index of the component of this name, or -1.
+  int position(const std::string& name) const;
+  /// Throws InputError where a component cannot follow the one that it names. Star fields that
+  /// follow associations take their clumps.
+  void join_followers();
   /// Makes integrals_, from the twin where it has an equal envelope.
   void add_integrals(const Galaxy* twin);
   void resolve_fractions();
