@@ -96,7 +96,7 @@ void read(std::string_view text) {
     const auto& component = galaxy->components()[c];
     check_plan(*component);
     if (const gamer::StarField* field = component->star_field()) {
-      check_stars(*field, galaxy->calibration().largest_phi[c]);
+      check_stars(*field, galaxy->largest_phi(c));
     }
     expect(is_proper(component->face_on_column()), "the column is proper");
   }

@@ -1,7 +1,5 @@
 #include "gamer/galaxy/galaxy.h"
 
-#include "gamer/galaxy/kinds/star_field.h"
-
 #include <fmt/ranges.h>
 
 #include <algorithm>
@@ -14,6 +12,7 @@
 #include "galaxy/shape_text.h"
 #include "gamer/core/near.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
+#include "gamer/galaxy/kinds/star_field.h"
 
 namespace gamer {
 
@@ -243,6 +242,7 @@ void Galaxy::evaluate_stars(std::size_t c, const Points& points,
                             std::span<const std::uint32_t> clumps, BatchArray& density,
                             EvaluationCounts& counts) const {
   if (const StarClumps* const own = components_[c]->star_field()->clumps()) {
+    counts.noise_evaluations += points.size * own->octaves();
     return own->evaluate(points, clumps, density.data());
   }
   evaluate_component(c, points, 0, density, counts);

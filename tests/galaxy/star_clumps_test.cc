@@ -98,15 +98,34 @@ TEST(StarClumps, BoundsLoseFewStars) {
   EXPECT_LT(share, 1 + 3 / std::sqrt(2e5));
 }
 
-// Stars lie where the galaxy's own associations have clumps.
-TEST(StarClumps, StarsLieInTheClumpsOfTheAssociations) {
-  const auto galaxy =
-      parse_galaxy(clumped_text("number = 300\nlargest = 0.05\ndiffuse = 0\n", "number = 5000\n"));
+/// Expects stars where the associations, whose light is all in clumps, emit light.
+void expect_stars_in_clumps(const Galaxy& galaxy, std::size_t associations, std::size_t field) {
   std::vector<Vector> places;
-  for (const FoundStar& star : stars_of(*galaxy, 1)) places.push_back(star.place);
+  for (const FoundStar& star : stars_of(galaxy, field)) places.push_back(star.place);
   ASSERT_GT(places.size(), 4000u);
-  const std::vector<float> light = evaluate(*galaxy, places)[0];
+  const std::vector<float> light = evaluate(galaxy, places)[associations];
   EXPECT_EQ(std::ranges::count_if(light, [](float value) { return !(value > 0); }), 0);
+}
+
+// Stars lie in the clumps of their galaxy's associations for any seed and order of components. Dust,
+// a stretched galaxy or a warp change nothing about that.
+TEST(StarClumps, StarsLieInTheClumpsOfTheAssociations) {
+  const std::string clumps = "number = 300\nlargest = 0.05\ndiffuse = 0\n";
+  const std::string stars = "number = 5000\n";
+  for (const std::uint64_t seed : {1u, 2u, 3u}) {
+    expect_stars_in_clumps(*parse_galaxy(clumped_text(clumps, stars), settings_with(seed)), 0, 1);
+  }
+  const std::string dust = "[[component]]\nclass = \"dust\"\nz0 = 0.02\n";
+  const std::string warped = layer + "warp_height = 0.3\nwarp_twist = 200\n";
+  expect_stars_in_clumps(*parse_galaxy("[galaxy]\naxis = [1, 0.7, 0.5]\n" +
+                                       clumped_text(clumps + "seed = 7\n", stars + dust, warped)),
+                         0, 1);
+  const std::string text = clumped_text(clumps, stars);
+  const std::size_t first = text.find("[[component]]");
+  const std::size_t second = text.find("[[component]]", first + 1);
+  expect_stars_in_clumps(*parse_galaxy(text.substr(0, first) + text.substr(second) + "\n" +
+                                       text.substr(first, second - first)),
+                         1, 0);
 }
 
 // Skipped boxes leave out their stars and change no other star.
@@ -153,9 +172,17 @@ TEST(StarClumps, ErrorsSayWhatIsRight) {
   EXPECT_EQ(error_of(noisy),
             "g.toml:14:11: component 'f': follows 'a', whose clumps hold only the stars of a "
             "starfield with noise = false");
+  EXPECT_EQ(error_of(clumped_text("active = false\n")),
+            "g.toml:15:11: component 'f': follows 'a', which is not active");
+  std::string smooth = clumped_text("");
+  smooth = smooth.substr(0, smooth.rfind("[[component]]")) +
+           "[[component]]\nclass = \"stars\"\nsed = \"flat\"\nfollows = \"a\"\nfraction = 0.5\n";
+  EXPECT_EQ(error_of(smooth),
+            "g.toml:14:11: component 'stars2': follows 'a', whose clumps hold only the stars of a "
+            "starfield with noise = false");
   EXPECT_EQ(error_of(clumped_text("largest = 1e-4\n")),
             "g.toml:15:11: component 'f': follows 'a', whose smallest clumps are too small to hold "
-            "stars; lower its luminosity_range");
+            "stars; raise its `largest` or lower its `luminosity_range`");
 }
 
 }  // namespace

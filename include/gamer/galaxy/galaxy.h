@@ -88,7 +88,7 @@ class Galaxy {
   void evaluate_stars(std::size_t c, const Points& points, std::span<const std::uint32_t> clumps,
                       BatchArray& density, EvaluationCounts& counts) const;
   /// The largest value of Phi that is used for component c, which is a star field. For stars in
-  /// clumps it is the ratio of Phi to the sum of StarClumps.
+  /// clumps it is the factor from the terms of StarClumps to Phi over its mean.
   double largest_phi(std::size_t c) const;
   /// Whether evaluation needs the winding of the arms.
   bool needs_winding() const { return needs_winding_; }

@@ -1,9 +1,9 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -13,14 +13,16 @@ namespace gamer {
 
 class AssociationTexture;
 class Layer;
-struct AssociationClump;
+struct ClumpPlace;
 
 /// The clumps of a texture of associations, as places of stars. The stars of clump c are a Poisson
 /// process of the density n D Phi_c, where D is the layer's envelope and
 ///   Phi_c = share_l M w K_c/p
-/// is the clump's part of Phi (AssociationTexture). Candidates follow K_c exactly. A candidate is a
-/// star where share_l D M w/p exceeds a uniform random share of a bound. The bound is the largest
-/// value at several places in the clump, with a margin; larger values count as the bound.
+/// is the clump's part of Phi (AssociationTexture). Candidates of the halo and of each core have
+/// the density q^3, moved by the waves that bend the clump. A candidate is a star where share_l D M
+/// w/p, times the halo's share of cavity and tilt, exceeds a uniform random share of a bound. The
+/// bound is the largest value at several places in the clump, with a margin; larger values count as
+/// the bound.
 class StarClumps {
  public:
   /// `layer` is the layer whose texture is `texture`. Both must outlive this object.
@@ -28,7 +30,7 @@ class StarClumps {
   ~StarClumps();
 
   /// Largest number of cells of a tier whose clumps can hold stars.
-  static constexpr double most_cells = 1 << 22;
+  static constexpr double most_cells = 1 << 20;
 
   /// A box that holds clumps.
   struct Box {
@@ -49,7 +51,9 @@ class StarClumps {
             const std::function<void(const Candidate&)>& take) const;
   /// share_l D M w/p at the places of candidates from these clumps.
   void evaluate(const Points& points, std::span<const std::uint32_t> clumps, float* out) const;
-  /// One over the mean of the texture without its scale.
+  /// The number of octaves that evaluate() needs at a place.
+  std::size_t octaves() const;
+  /// AssociationTexture::scale().
   double scale() const;
 
  private:
@@ -62,10 +66,31 @@ class StarClumps {
     std::uint32_t parts;         ///< index of the first of two parts; 0 for none
   };
 
+  /// A piece of the halo or of a core of a clump. It holds the places of a cube within the unit
+  /// cube of three numbers: the shares of the light within the radius, below the height and before
+  /// the azimuth.
+  struct Piece {
+    std::uint32_t clump;
+    int part;
+    std::array<double, 3> low;  ///< corner of the cube
+    int level;                  ///< its side is 2^-level
+    std::uint64_t key;
+  };
+
+  /// The clumps of a tier that may exist.
+  std::vector<Source> possible_sources(std::size_t tier) const;
   void find_sources(std::size_t tier);
   void add_node(std::size_t at, std::uint32_t first, std::uint32_t count);
-  void offer(const Source& source, std::uint32_t index, std::uint64_t key, double number,
+  /// Offers the candidates of a piece, in smaller pieces where many are expected.
+  void offer(const Piece& piece, double expected, const std::function<bool(const Box&)>& keep,
              const std::function<void(const Candidate&)>& take) const;
+  void fill(const Piece& piece, double expected,
+            const std::function<void(const Candidate&)>& take) const;
+  Box box_of(const Piece& piece) const;
+  /// A place of a clump in the galaxy's ball.
+  std::array<double, 3> place_of(const Source& source, const ClumpPlace& at) const;
+  /// Largest slope of the mid-plane.
+  double warp_slope() const;
   /// share_l D M w/p at places in clumps, whose z are heights above the mid-plane.
   void evaluate_places(const Points& points, std::span<const Source* const> owners,
                        float* out) const;

@@ -41,7 +41,7 @@ bool StarField::gather_in_clumps(const Component& associations) {
     if (cells_of(tier) <= StarClumps::most_cells) continue;
     throw InputError(follows_where(), "component '" + name() + "': follows '" + follows() +
                                           "', whose smallest clumps are too small to hold stars; "
-                                          "lower its luminosity_range");
+                                          "raise its `largest` or lower its `luminosity_range`");
   }
   texture_ = AssociationTexture::of_clumps(*whole);
   is_in_clumps_ = true;

@@ -25,7 +25,8 @@ namespace gamer {
 /// in a cell gives few stars. The smallest cells get a Poisson number of uniformly placed
 /// candidates, whose mean is the bound times the cell's volume. A candidate is a star where
 /// envelope Phi exceeds a uniform random share of the bound (thinning: Lewis & Shedler 1979). Stars
-/// thus follow the density within cells too, and cells leave no trace.
+/// thus follow the density within cells too, and cells leave no trace. The stars of a field that
+/// follows associations lie in their clumps (StarClumps), which take the place of cells.
 class StarField : public Layer {
  public:
   /// With `has_colours` stars differ in colour even if the component is given an SED (StarColours).
