@@ -107,8 +107,8 @@ void expect_stars_in_clumps(const Galaxy& galaxy, std::size_t associations, std:
   EXPECT_EQ(std::ranges::count_if(light, [](float value) { return !(value > 0); }), 0);
 }
 
-// Stars lie in the clumps of their galaxy's associations for any seed and order of components. Dust,
-// a stretched galaxy or a warp change nothing about that.
+// Stars lie in the clumps of their galaxy's associations for any seed and order of components.
+// Dust, a stretched galaxy or a warp change nothing about that.
 TEST(StarClumps, StarsLieInTheClumpsOfTheAssociations) {
   const std::string clumps = "number = 300\nlargest = 0.05\ndiffuse = 0\n";
   const std::string stars = "number = 5000\n";
