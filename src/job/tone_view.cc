@@ -1,6 +1,7 @@
 #include "job/tone_view.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <string>
@@ -57,10 +58,11 @@ double largest_radius(const Camera& camera, const Scene& scene) {
 glm::ivec2 reduced_size(const RenderParameters& parameters, double& factor) {
   const int width = parameters.width, height = parameters.height;
   glm::ivec2 size;
-  const bool has_faces = parameters.camera.projection == Projection::cubemap ||
-                         parameters.camera.projection == Projection::healpix;
-  if (has_faces) {
+  const Projection projection = parameters.camera.projection;
+  if (projection == Projection::healpix || projection == Projection::cubemap) {
     size.x = std::max(1, static_cast<int>(std::lround(width / factor)));
+    if (projection == Projection::healpix)
+      size.x = static_cast<int>(std::bit_floor(unsigned(size.x)));
     size.y = height / width * size.x;
   } else {
     size.x = 2 * static_cast<int>(std::lround((width / factor - 1) / 2)) + 1;
@@ -68,7 +70,7 @@ glm::ivec2 reduced_size(const RenderParameters& parameters, double& factor) {
     constexpr double rounding = 1e-9;
     const double rows = static_cast<double>(height) / width * size.x;
     size.y = 2 * static_cast<int>(std::ceil((rows - 1) / 2 - rounding)) + 1;
-    if (parameters.camera.projection == Projection::equirectangular) {
+    if (projection == Projection::equirectangular) {
       size.y = std::max(1, static_cast<int>(std::lround(rows)));
     }
   }
