@@ -6,9 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "gamer/core/random.h"
-#include "gamer/core/random_variate.h"
 #include "gamer/image/png_table.h"
+#include "image/picture_grain.h"
 #include "image/picture_psf.h"
 #include "image/picture_size.h"
 #include "image/write_file.h"
@@ -311,13 +310,11 @@ void for_each_picture_row(const Image& channels, const PictureTone& tone, const 
   const PictureColours colours(tone, style, channels.planes());
   const auto width = static_cast<std::size_t>(channels.width());
   const auto planes = static_cast<std::size_t>(channels.planes());
-  const std::uint64_t key = hash_words({style.grain_seed, hash_text(0, "grain of pictures")});
+  PictureGrain grain(style, channels.width(), channels.height(), channels.planes());
+  const std::vector<double> even(width * planes);
   std::vector<std::uint16_t> row(width * 3);
-  std::vector<double> noise(width * planes);
   for (int y = channels.height() - 1; y >= 0; --y) {
-    if (style.grain > 0) {
-      normal_variates(key, static_cast<std::uint64_t>(y) * noise.size(), noise);
-    }
+    const std::span<const double> noise = style.grain > 0 ? grain.row(y) : even;
     std::uint16_t* out = row.data();
     for (int x = 0; x < channels.width(); ++x) {
       const double* pixel_noise = noise.data() + static_cast<std::size_t>(x) * planes;
