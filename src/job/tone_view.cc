@@ -14,9 +14,9 @@
 namespace gamer {
 namespace {
 
-/// Pixels across the window or the largest galaxy, whichever is smaller. The white is the third
-/// brightest of the pixels of a round galaxy. With an odd number of pixels a nucleus in the middle
-/// is one pixel, and the third brightest is at 0.01 radii, within which are 1e-4 of the pixels.
+/// Pixels across the window or the largest galaxy, whichever is smaller. The third brightest pixel
+/// of a round galaxy is white. A nucleus in the middle is one pixel, since the number is odd. The
+/// third brightest is then at 0.01 radii, within which are 1e-4 of the pixels.
 constexpr int pixels_across = 193;
 /// Largest number of the view's pixels. In views of many galaxies their pixels are wider.
 constexpr double most_pixels = 2.0 * pixels_across * pixels_across;

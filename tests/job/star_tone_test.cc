@@ -101,7 +101,7 @@ TEST(StarTone, WhiteOfClumpsIsThatOfOtherSizes) {
   for (const char* rows : {"clumpy 0 0 0 1 0 0\n", "clumpy 0.3 -0.2 0 0.6 60 20\n"}) {
     const double white = white_of("[500, 500]", rows);
     for (const char* size : {"[300, 300]", "[400, 400]", "[700, 700]", "[1024, 1024]"}) {
-      EXPECT_NEAR(white_of(size, rows) / white, 1, 0.1) << size << rows;
+      EXPECT_NEAR(white_of(size, rows) / white, 1, 0.05) << size << rows;
     }
   }
 }
