@@ -260,6 +260,13 @@ function solveSlope(reference, white) {
   return Math.exp((low + high) / 2);
 }
 
+/// The white quantile of ascending values, interpolated between two of them.
+function quantileOfWhite(ascending) {
+  const last = ascending.length - 1, place = (1 - whiteQuantile) * ascending.length, whole = Math.trunc(place);
+  const above = ascending[last - whole], below = ascending[Math.max(last - whole - 1, 0)];
+  return above + (place - whole) * (below - above);
+}
+
 function chooseStretch(samples, threshold) {
   const size = samples[0].length, lit = new Float64Array(size), largest = new Float64Array(size);
   let count = 0;
@@ -276,14 +283,13 @@ function chooseStretch(samples, threshold) {
   }
   if (count === 0) return {slope: 0, scale: 0};
   const sorted = lit.slice(0, count).sort();
-  const place = count - 1 - Math.trunc((1 - whiteQuantile) * count);
   let total = 0, sum = 0, reference = count;
   for (let i = count; i-- > 0;) total += sorted[i];
   while (reference > 0 && sum < referenceLight * total) sum += sorted[--reference];
-  const slope = solveSlope(sorted[reference], sorted[place]);
+  const slope = solveSlope(sorted[reference], quantileOfWhite(sorted));
   // The largest channel must fit, not the mean: otherwise a red core would be a flat disc.
   for (let i = 0; i < count; ++i) largest[i] *= Math.asinh(slope * lit[i]);
-  return {slope, scale: 1 / selected(largest.subarray(0, count), place)};
+  return {slope, scale: 1 / quantileOfWhite(largest.subarray(0, count).sort())};
 }
 
 /// The tone that the program chooses for a picture of these channels: one (grey) or three arrays,

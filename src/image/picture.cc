@@ -6,9 +6,8 @@
 #include <numeric>
 #include <stdexcept>
 
-#include "gamer/core/random.h"
-#include "gamer/core/random_variate.h"
 #include "gamer/image/png_table.h"
+#include "image/picture_grain.h"
 #include "image/picture_psf.h"
 #include "image/picture_size.h"
 #include "image/write_file.h"
@@ -172,9 +171,10 @@ Sample take_sample(const Plane& channel, int threads, std::size_t stride) {
   return sample;
 }
 
-Sky measure_sky(const Sample& sample) {
+Sky measure_sky(const Sample& sample, std::optional<double> noise) {
   std::vector<double> values = sample.values, differences = sample.differences;
   const double low = quantile(values, black_quantile);
+  if (noise) return {low + black_sigmas * *noise, *noise};
   const double middle = quantile(values, 0.5);
   double sigma = 0;
   if (!differences.empty()) {
@@ -260,6 +260,14 @@ double solve_slope(double reference, double white) {
   return std::exp((low + high) / 2);
 }
 
+/// The quantile of `white_quantile` of descending values, interpolated between two of them.
+double quantile_of_white(std::span<const double> descending) {
+  const double place = (1 - white_quantile) * static_cast<double>(descending.size());
+  const auto above = static_cast<std::size_t>(place);
+  const std::size_t below = std::min(above + 1, descending.size() - 1);
+  return std::lerp(descending[above], descending[below], place - static_cast<double>(above));
+}
+
 /// Slope and scale for sampled pixels whose black and factors are known.
 void choose_stretch(const std::vector<std::vector<double>>& channels, double threshold,
                     PictureTone& tone) {
@@ -278,8 +286,6 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
   if (lit.empty()) return;
   std::vector<double> sorted = lit;
   std::ranges::sort(sorted, std::greater<>());
-  const auto place =
-      static_cast<std::size_t>((1 - white_quantile) * static_cast<double>(lit.size()));
   const double total = std::accumulate(sorted.begin(), sorted.end(), 0.0);
   double sum = 0, reference = sorted.back();
   for (const double value : sorted) {
@@ -289,13 +295,12 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
       break;
     }
   }
-  tone.slope = solve_slope(reference, sorted[place]);
+  tone.slope = solve_slope(reference, quantile_of_white(sorted));
   // The scale follows the largest channel, not the mean: otherwise a red core would be a flat disc.
   std::vector<double>& largest = peaks;
   for (std::size_t i = 0; i < lit.size(); ++i) largest[i] *= std::asinh(tone.slope * lit[i]);
-  const auto nth = largest.begin() + static_cast<std::ptrdiff_t>(place);
-  std::nth_element(largest.begin(), nth, largest.end(), std::greater<>());
-  tone.scale = 1 / *nth;
+  std::ranges::sort(largest, std::greater<>());
+  tone.scale = 1 / quantile_of_white(largest);
 }
 
 /// Writes the picture's rows from the top: calls `take(rgb)` with 3 * width values.
@@ -305,13 +310,11 @@ void for_each_picture_row(const Image& channels, const PictureTone& tone, const 
   const PictureColours colours(tone, style, channels.planes());
   const auto width = static_cast<std::size_t>(channels.width());
   const auto planes = static_cast<std::size_t>(channels.planes());
-  const std::uint64_t key = hash_words({style.grain_seed, hash_text(0, "grain of pictures")});
+  PictureGrain grain(style, channels.width(), channels.height(), channels.planes());
+  const std::vector<double> even(width * planes);
   std::vector<std::uint16_t> row(width * 3);
-  std::vector<double> noise(width * planes);
   for (int y = channels.height() - 1; y >= 0; --y) {
-    if (style.grain > 0) {
-      normal_variates(key, static_cast<std::uint64_t>(y) * noise.size(), noise);
-    }
+    const std::span<const double> noise = style.grain > 0 ? grain.row(y) : even;
     std::uint16_t* out = row.data();
     for (int x = 0; x < channels.width(); ++x) {
       const double* pixel_noise = noise.data() + static_cast<std::size_t>(x) * planes;
@@ -428,7 +431,8 @@ std::vector<PlanePtr> picture_channels(const std::vector<PlanePtr>& planes,
 PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
                            const std::optional<std::array<double, 3>>& black,
                            const std::optional<std::array<double, 3>>& factor,
-                           const std::array<double, 3>& channel_factors) {
+                           const std::array<double, 3>& channel_factors,
+                           std::optional<double> noise) {
   const std::size_t planes = channels.size();
   const std::size_t count = static_cast<std::size_t>(channels[0]->width()) *
                             static_cast<std::size_t>(channels[0]->height());
@@ -438,7 +442,7 @@ PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
   std::array<double, 3> sigma{};
   for (std::size_t c = 0; c < planes; ++c) {
     Sample sample = take_sample(*channels[c], threads, stride);
-    const Sky sky = measure_sky(sample);
+    const Sky sky = measure_sky(sample, noise);
     sigma[c] = sky.sigma;
     tone.black[c] = black ? (*black)[c] : sky.level;
     samples.push_back(std::move(sample.values));
@@ -535,10 +539,12 @@ std::vector<double> zero_points_of(const ImageHeader& header) {
 }
 
 PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths,
-                        const std::vector<double>& zero_points) {
+                        const std::vector<double>& zero_points,
+                        const std::optional<std::array<double, 3>>& black,
+                        std::optional<double> noise) {
   return automatic_tone(
-      picture_channels(views(image), wavelengths), 1, {}, {},
-      channel_factors(image.planes(), wavelengths, light_of_unit(wavelengths, zero_points)));
+      picture_channels(views(image), wavelengths), 1, black, {},
+      channel_factors(image.planes(), wavelengths, light_of_unit(wavelengths, zero_points)), noise);
 }
 
 Picture make_picture(const Image& image, const std::vector<double>& wavelengths,

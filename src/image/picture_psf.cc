@@ -11,40 +11,60 @@ namespace gamer {
 namespace {
 
 constexpr double wing_exponent = 2.5;  // of the Moffat profile
-constexpr double reach = 24;           // of the stamp and the spikes, FWHM
 constexpr double spike_core = 2;       // distance of half a spike's light, FWHM
+constexpr double aureole_core = 4;     // of the aureole, FWHM
+constexpr double aureole_share = 0.04;
 
-/// Spikes along rows; distances from the middle in FWHM.
-double spike(double along, double across) {
-  const double end = along / reach, core = along / spike_core;
+/// Reach of the stamp, the spikes and the aureole, FWHM. It is 64, or 24 in wide seeing.
+double reach_of(double seeing) {
+  constexpr double least = 24, most = 64, pixels = 192;
+  return std::clamp(pixels / seeing, least, most);
+}
+
+/// Light that ends smoothly at the reach; distances from the middle in FWHM.
+double tapered(double distance, double reach, double core) {
+  const double end = distance / reach, inner = distance / core;
   if (std::abs(end) >= 1) return 0;
-  const double taper = (1 - end * end) * (1 - end * end);
-  return taper / (1 + core * core) * std::exp(-4 * std::numbers::ln2 * across * across);
+  return (1 - end * end) * (1 - end * end) / (1 + inner * inner);
+}
+
+/// Spikes along rows.
+double spike(double along, double across, double reach) {
+  return tapered(along, reach, spike_core) * std::exp(-4 * std::numbers::ln2 * across * across);
+}
+
+/// Replaces the share `share` of a stamp's light by that of a profile of distances in FWHM.
+template <class Profile>
+void mix_in(double share, double seeing, const Profile& profile, Stamp& stamp) {
+  Stamp part = stamp;
+  const int half = stamp.width / 2;
+  auto value = part.values.begin();
+  for (int y = -half; y <= half; ++y) {
+    for (int x = -half; x <= half; ++x) *value++ = profile(x / seeing, y / seeing);
+  }
+  const double scale = share / part.sum();
+  for (std::size_t i = 0; i < stamp.values.size(); ++i) {
+    stamp.values[i] = (1 - share) * stamp.values[i] + scale * part.values[i];
+  }
 }
 
 }  // namespace
 
 int picture_psf_side(double seeing) {
-  return 2 * std::max(1, static_cast<int>(std::ceil(reach * seeing))) + 1;
+  return 2 * std::max(1, static_cast<int>(std::ceil(reach_of(seeing) * seeing))) + 1;
 }
 
 Stamp picture_psf(const PictureStyle& style) {
-  const int side = picture_psf_side(style.seeing), half = side / 2;
+  const double reach = reach_of(style.seeing);
   const Psf psf({.kind = PsfKind::moffat, .fwhm = style.seeing, .beta = wing_exponent});
-  Stamp stamp = make_stamp(psf, {.size = side});
+  Stamp stamp = make_stamp(psf, {.size = picture_psf_side(style.seeing)});
+  mix_in(
+      aureole_share, style.seeing,
+      [&](double x, double y) { return tapered(std::hypot(x, y), reach, aureole_core); }, stamp);
   if (style.spikes == 0) return stamp;
-  Stamp spikes = stamp;
-  auto value = spikes.values.begin();
-  for (int y = -half; y <= half; ++y) {
-    for (int x = -half; x <= half; ++x) {
-      const double dx = x / style.seeing, dy = y / style.seeing;
-      *value++ = spike(dx, dy) + spike(dy, dx);
-    }
-  }
-  const double scale = style.spikes / spikes.sum();
-  for (std::size_t i = 0; i < stamp.values.size(); ++i) {
-    stamp.values[i] = (1 - style.spikes) * stamp.values[i] + scale * spikes.values[i];
-  }
+  mix_in(
+      style.spikes, style.seeing,
+      [&](double x, double y) { return spike(x, y, reach) + spike(y, x, reach); }, stamp);
   return stamp;
 }
 

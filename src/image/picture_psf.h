@@ -11,13 +11,17 @@ namespace gamer {
 /// Side of picture_psf(), pixels.
 int picture_psf_side(double seeing);
 
-/// How a picture shows a point, with the sum 1. The round part is a Moffat profile of the FWHM
+/// How a picture shows a point, with the sum 1. Most light is in a Moffat profile of the FWHM
 /// `style.seeing` > 0 and the exponent 2.5. Its wings fall as d^-5, so that brighter stars look
-/// larger. Four spikes along rows and columns have the share `style.spikes` of the light. At the
-/// distances u along a spike and v across it, in units of the FWHM, a spike's light is
-///   (1 - (u/24)^2)^2 / (1 + (u/2)^2) exp(-4 ln 2 v^2)
-/// and ends at |u| = 24, where the stamp ends, too. Along a spike the light of a sharp edge's
-/// diffraction falls as u^-2.
+/// larger. The aureole of King (1971, PASP 83, 199) has 4 % of the round light. With distances in
+/// units of the FWHM and the reach R, it is
+///   (1 - (d/R)^2)^2 / (1 + (d/4)^2),
+/// which falls as d^-2, and ends at R. Four spikes along rows and columns have the share
+/// `style.spikes` of the light. At the distances u along a spike and v across it, a spike's light
+/// is
+///   (1 - (u/R)^2)^2 / (1 + (u/2)^2) exp(-4 ln 2 v^2).
+/// Along a spike the light of a sharp edge's diffraction falls as u^-2. The reach is 64, but at
+/// most 192 pixels, and at least 24. The stamp ends there, too.
 Stamp picture_psf(const PictureStyle& style);
 
 /// Memory that picture_psf() and blur() take, bytes.

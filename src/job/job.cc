@@ -25,6 +25,7 @@
 #include "job/make_job.h"
 #include "job/scene_input.h"
 #include "job/scene_table.h"
+#include "job/tone_view.h"
 
 namespace gamer {
 namespace {
@@ -170,6 +171,19 @@ std::map<const Galaxy*, FootprintRange> footprints_by_galaxy(const Scene& scene,
   return by_galaxy;
 }
 
+/// Adds the footprints of the view on which the tone of a picture with stars is measured.
+void add_tone_footprints(const std::shared_ptr<const Scene>& scene,
+                         const RenderParameters& parameters, const Camera& camera,
+                         std::map<const Galaxy*, FootprintRange>& by_galaxy) {
+  if (parameters.image.output.tone) return;
+  const std::shared_ptr<const Scene> lit = tone_scene(camera, scene);
+  const ToneView view = tone_view(parameters, camera, *lit);
+  for (const PlacedGalaxy& placed : lit->galaxies) {
+    FootprintRange& range = by_galaxy.at(placed.galaxy.get());
+    range = range | Renderer::footprints(view.parameters, view.camera, lit->unit, placed);
+  }
+}
+
 }  // namespace
 
 RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Resources& resources,
@@ -184,7 +198,12 @@ RenderJob make_job(RenderParameters parameters, const Catalogue& catalogue, Reso
   };
   std::shared_ptr<Scene> scene = read();
   const auto footprints = [&] {
-    return footprints_by_galaxy(*scene, parameters, camera, library.measures_as_draft());
+    const bool is_draft = library.measures_as_draft();
+    auto found = footprints_by_galaxy(*scene, parameters, camera, is_draft);
+    if (!is_draft && measures_star_tone(parameters, *scene)) {
+      add_tone_footprints(scene, parameters, camera, found);
+    }
+    return found;
   };
   std::map<const Galaxy*, FootprintRange> needed = footprints();
   if (!library.suffices(needed)) {

@@ -34,7 +34,7 @@ saturation = 1.2
 
 constexpr const char* style_of_sky = R"(seeing = 1.2
 sky = 0.03
-grain = 0.01
+grain = 0.008
 grain_seed = {}
 [stars]
 spikes = 0.06

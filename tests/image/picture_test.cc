@@ -735,7 +735,7 @@ TEST(PictureWriter, GrainWithoutSkyIsCutOffAtBlack) {
 
 // A stretch that is nearly linear shows the stamp of a point.
 TEST(PictureWriter, SeeingShowsPointsAsTheStamp) {
-  constexpr int size = 101;
+  constexpr int size = 301;
   PictureTone tone;
   tone.slope = 1e-3;
   tone.scale = 1e3;
@@ -745,15 +745,16 @@ TEST(PictureWriter, SeeingShowsPointsAsTheStamp) {
   options.style = {.seeing = 1.8, .spikes = 0.3};
   const auto writer = make_picture_writer(options, test_header(size, size, some_wavelengths));
   std::vector<double> values(3 * size * size, 0.0);
-  // Row 60 from below, column 40 of each plane.
-  for (int plane = 0; plane < 3; ++plane) values[(60 * 3 + plane) * size + 40] = 1.5;
+  // Row 160 from below, column 140 of each plane.
+  for (int plane = 0; plane < 3; ++plane) values[(160 * 3 + plane) * size + 140] = 1.5;
   writer->write_rows(0, size, values);
   writer->finish();
   const ReadPng png = read_png(options.path);
   const Stamp stamp = picture_psf(options.style);
-  EXPECT_EQ(stamp.width, 2 * 44 + 1);
-  for (const auto& [dx, dy] : {std::pair{0, 0}, {1, 0}, {0, -2}, {3, 2}, {-20, 0}, {0, 15}}) {
-    EXPECT_NEAR(png.at(40 + dx, size - 1 - (60 + dy), 1) / 65535.0, 1.5 * stamp.at(dx, dy), 1e-5);
+  EXPECT_EQ(stamp.width, 2 * 116 + 1);
+  for (const auto& [dx, dy] :
+       {std::pair{0, 0}, {1, 0}, {0, -2}, {3, 2}, {-20, 0}, {0, 15}, {60, 60}, {0, 110}}) {
+    EXPECT_NEAR(png.at(140 + dx, size - 1 - (160 + dy), 1) / 65535.0, 1.5 * stamp.at(dx, dy), 1e-5);
   }
 }
 

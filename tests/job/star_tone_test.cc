@@ -23,6 +23,14 @@ const char* const bright =
     "[[component]]\nclass = \"sersic\"\nsed = \"flat\"\nindex = 1\neffective_radius = 0.1\n"
     "intensity = 1e4\n";
 
+/// A disk with clumps of young stars, of which the brightest are finer than a pixel.
+const char* const clumpy =
+    "[[component]]\nclass = \"starfield\"\nsed = \"flat\"\nz0 = 0.03\nrh = 0.2\n"
+    "fraction = 0.9\nnumber = 30000\n"
+    "[[component]]\nclass = \"associations\"\nsed = \"flat\"\nz0 = 0.02\nrh = 0.2\n"
+    "number = 5000\nluminosity_slope = 1.9\nluminosity_range = 200\nlargest = 0.045\n"
+    "size_exponent = 4\ncores = 0.7\ndiffuse = 0\nfraction = 0.1\nseed = 3\n";
+
 RenderJob job_of(const std::string& size, const std::string& rows) {
   const std::string parameters =
       "[image]\nsize = " + size +
@@ -32,6 +40,7 @@ RenderJob job_of(const std::string& size, const std::string& rows) {
   return test::completed({{"render.par", "render.par", parameters},
                           {"scene.lst", "scene.lst", "galaxy x y z size inclination pa\n" + rows},
                           {"galaxies/mine", "mine.toml", bulge_with_stars},
+                          {"galaxies/clumpy", "clumpy.toml", clumpy},
                           {"galaxies/bright", "bright.toml", bright}});
 }
 
@@ -81,6 +90,20 @@ TEST(StarTone, BrightNucleiOfTheBackgroundAreNoWhite) {
   };
   EXPECT_NEAR(white("bright 0.9 0.9 0 0.1 0 0\n") / white(""), 1, 1e-3);
   EXPECT_GT(white("bright 0.9 0.9 0 0.3 0 0\n") / white(""), 1.5);
+}
+
+double white_of(const std::string& size, const std::string& rows) {
+  const RenderJob job = job_of(size, rows);
+  return picture_white(PictureTone::of_numbers(job.parameters.stars.tone.value()), 1, {}).at(0);
+}
+
+TEST(StarTone, WhiteOfClumpsIsThatOfOtherSizes) {
+  for (const char* rows : {"clumpy 0 0 0 1 0 0\n", "clumpy 0.3 -0.2 0 0.6 60 20\n"}) {
+    const double white = white_of("[500, 500]", rows);
+    for (const char* size : {"[300, 300]", "[400, 400]", "[700, 700]", "[1024, 1024]"}) {
+      EXPECT_NEAR(white_of(size, rows) / white, 1, 0.05) << size << rows;
+    }
+  }
 }
 
 }  // namespace

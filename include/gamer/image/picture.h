@@ -47,10 +47,10 @@ struct Picture {
 /// of pixels, or of groups of successive pixels that are 30 sigma above the sky in all channels.
 ///
 /// *Stretch.* lupton_stretch() is applied with the slope for which F(I_80) = 0.28 F(white). The
-/// pixels brighter than I_80 (in a spiral, those inside the outer disk) hold 80 % of the light;
-/// white is the 99.99 % quantile of the pixels with light. Where I_80 > 0.28 white the stretch is
-/// linear. The scale makes the largest channel 1 at its own 99.99 % quantile, so that the nucleus
-/// is not saturated.
+/// pixels brighter than I_80 (in a spiral, those inside the outer disk) hold 80 % of the light.
+/// White is the 99.99 % quantile of the pixels with light, interpolated between two of them. Where
+/// I_80 > 0.28 white the stretch is linear. The scale makes the largest channel 1 at its own
+/// 99.99 % quantile, so that the nucleus is not saturated.
 ///
 /// Quantiles use at most 2^20 pixels, evenly spread. `wavelengths` and `zero_points` have one value
 /// per plane or none.
@@ -90,11 +90,12 @@ std::vector<double> picture_white(const PictureTone& tone, int planes,
 /// Chooses slope and scale, and black and factor where they are not given. There are one or three
 /// `channels` with finite pixels, which are read once. A grey picture's three values are equal.
 /// `threads` is the number of threads that make the pixels. The chosen factor includes those of
-/// channel_factors().
+/// channel_factors(). `noise` is sigma of the pixels' noise, where it is known.
 PictureTone automatic_tone(std::span<const PlanePtr> channels, int threads,
                            const std::optional<std::array<double, 3>>& black = {},
                            const std::optional<std::array<double, 3>>& factor = {},
-                           const std::array<double, 3>& channel_factors = {1, 1, 1});
+                           const std::array<double, 3>& channel_factors = {1, 1, 1},
+                           std::optional<double> noise = {});
 
 /// The nearest of 65536 steps of [0, 1]; values outside go to the nearer end, NaN to 0.
 std::uint16_t to_16_bits(double value);
@@ -144,9 +145,11 @@ class PictureFile {
   std::unique_ptr<Encoder> encoder_;
 };
 
-/// The tone that make_picture() chooses for an image.
+/// The tone that make_picture() chooses for an image, with a known black and noise where given.
 PictureTone choose_tone(const Image& image, const std::vector<double>& wavelengths,
-                        const std::vector<double>& zero_points = {});
+                        const std::vector<double>& zero_points = {},
+                        const std::optional<std::array<double, 3>>& black = {},
+                        std::optional<double> noise = {});
 
 /// A writer that collects the image's channels, then makes and writes one picture (.png or .bmp) in
 /// any layout. A PNG keeps the header's tables.

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <memory>
+
+#include "gamer/scene/camera.h"
+#include "gamer/scene/render_parameters.h"
+#include "gamer/scene/scene.h"
+
+namespace gamer {
+
+/// A view of few pixels on which the tone of a picture is measured. Its pixels are a fixed share of
+/// the window, so that the brightness of what they resolve does not depend on the image's size.
+struct ToneView {
+  /// With one ray for each pixel, a coarse tolerance, and without stars that are drawn one by one.
+  RenderParameters parameters;
+  Camera camera;
+  /// Area of a pixel, pixels of the image.
+  double pixel_area = 1;
+  /// Whether the view leaves out parts of the window without galaxies that decide the tone.
+  bool is_cropped = false;
+};
+
+/// The galaxies that decide the tone: those that touch the window, without those much smaller than
+/// the largest. The nuclei of small galaxies behind a large one may be much brighter than its disk.
+/// The result has neither stars nor rows of a list. It is the scene itself where no galaxy decides.
+std::shared_ptr<const Scene> tone_scene(const Camera& camera, std::shared_ptr<const Scene> scene);
+
+/// The view of the galaxies of tone_scene(). Throws InputError for a WCS that cannot be reduced.
+ToneView tone_view(const RenderParameters& parameters, const Camera& camera, const Scene& scene);
+
+}  // namespace gamer
