@@ -1050,6 +1050,8 @@ class Component:
             if "seed" in c:
                 seed = hash_words(c["seed"], galaxy_seed)
             self.texture = Associations(c, self.layer, seed)
+            # What the stars in these clumps have as texture.
+            self.clumps = lambda: Associations({**c, "diffuse": 0}, self.layer, seed)
         elif noise is not False:
             if "seed" in noise:
                 seed = hash_words(noise["seed"], galaxy_seed)
@@ -1114,6 +1116,8 @@ class Galaxy:
         by_name = {c.name: c for c in self.components}
         for c in self.components:
             c.followed = by_name.get(c.c.get("follows"))
+            if c.followed and c.followed.kind == "associations":
+                c.texture, c.followed, c.layer.twirl = c.followed.clumps(), None, 0
             c.amplitude = c.c.get("intensity", 1)
             if c.absorbs:
                 c.amplitude = c.c.get("optical_depth", 1) / (2 * c.layer.z0 * self.axis[2])
@@ -1183,11 +1187,12 @@ RATIOS = {
     "elliptical_dust": {"young clumps": 0.220316, "band": 1.002976},
     "irregular": {"clusters": 0.99163, "young clumps": 1.814697, "H II regions": 2.096721,
                   "clouds": 0.989793},
-    "m51": {"arms": 1.003172, "associations": 1.014781, "H II regions": 1.28702, "lanes": 1.00435},
+    "m51": {"arms": 1.003735, "associations": 0.303317, "association stars": 0.232071,
+            "H II regions": 1.278044, "lanes": 1.004775},
     "milky_way": {"associations": 0.933949, "H II regions": 1.218733, "lanes": 0.980709,
                   "Great Rift": 1.032365},
-    "ngc4321": {"arms": 0.998715, "associations": 0.893577, "H II regions": 2.068713,
-                "lanes": 0.992458},
+    "ngc4321": {"arms": 1.00664, "associations": 1.09452, "association stars": 1.236137,
+                "H II regions": 1.78975, "lanes": 0.981758},
     "ngc4594": {"ring dust": 0.997926, "inner strands": 1.004114},
     "ngc891": {"associations": 1.26607, "H II regions": 4.899924, "lane": 0.998804,
                "filaments": 0.985504},
@@ -1286,6 +1291,30 @@ sed = "Sbc"
 noise = false
 fraction = 0.5
 """
+
+# A galaxy of stars in the clumps of associations.
+STARS = """[[component]]
+class = "starfield"
+name = "stars"
+follows = "clumps"
+noise = false
+sed = "Im"
+z0 = 0.02
+rh = 0.4
+fraction = 0.99
+[[component]]
+class = "associations"
+name = "clumps"
+sed = "Im"
+z0 = 0.02
+rh = 0.4
+number = 40000
+luminosity_range = 100
+largest = 0.03
+fraction = 0.01
+"""
+STARS_RATIOS = {"stars": 1.099858, "clumps": 1.072456}
+STARS_TOLERANCE = 2.1e-5
 
 
 def rays(count, seed=1):
@@ -1386,6 +1415,10 @@ class IndependentMarcher(unittest.TestCase):
 
     def test_associations(self):
         self.assertLess(np.abs(errors("young", 2, 10000, YOUNG)).max(), 8e-5)
+
+    def test_stars_in_associations(self):
+        found = errors("stars", 2, 20000, STARS, STARS_RATIOS)
+        self.assertLess(np.abs(found).max(), STARS_TOLERANCE)
 
     def test_orientations_and_cameras(self):
         centre, size, galaxy = np.array([0.1, 0.2, 0.3]), 0.7, "elliptical"
