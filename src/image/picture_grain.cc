@@ -25,9 +25,9 @@ PictureGrain::PictureGrain(const PictureStyle& style, int width, int height, int
       channels_(channels),
       noise_(static_cast<std::size_t>(width) * static_cast<std::size_t>(channels)) {
   if (!is_stacked_) return;
+  // The direction does not depend on the seed, which changes from frame to frame of a film.
   const auto direction = [&](std::uint64_t number) {
-    const double turn = static_cast<double>(hash_words({key_, number}) >> 11) * 0x1p-53;
-    return 2 * std::numbers::pi * turn;
+    return 2 * std::numbers::pi * to_unit(hash_words({hash_text(0, "slope of the sky"), number}));
   };
   const double common = direction(0);
   for (int c = 0; c < channels; ++c) {
@@ -53,7 +53,8 @@ double PictureGrain::slope(int x, int y, int channel) const {
   const auto& [along_x, along_y] = slopes_[static_cast<std::size_t>(channel)];
   const double half_x = std::max(0.5 * (width_ - 1), 0.5);
   const double half_y = std::max(0.5 * (height_ - 1), 0.5);
-  return along_x * (x / half_x - 1) + along_y * (y / half_y - 1);
+  const double across = width_ > 1 ? x / half_x - 1 : 0, up = height_ > 1 ? y / half_y - 1 : 0;
+  return along_x * across + along_y * up;
 }
 
 std::span<const double> PictureGrain::row(int y) {

@@ -12,10 +12,10 @@ namespace gamer {
 /// The noise of a picture's pixels, normal of sigma 1 in each channel.
 ///
 /// Without seeing, pixels are independent. With seeing, the picture is one that has been resampled
-/// and stacked: white noise is convolved with (1, 4, 1)/6 along rows and columns, the cubic
+/// and stacked. White noise is then convolved with (1, 4, 1)/6 along rows and columns, the cubic
 /// B-spline, and scaled to sigma 1. A slope across the picture is added, as flat fields leave it.
-/// Its ends are `common_slope` sigmas from the middle in all channels, and `own_slope` sigmas in
-/// directions of each channel.
+/// At an edge it differs from the middle by `common_slope` sigmas in all channels, and by
+/// `own_slope` sigmas in a direction of each channel. The directions are those of all pictures.
 class PictureGrain {
  public:
   PictureGrain(const PictureStyle& style, int width, int height, int channels);

@@ -20,8 +20,8 @@ int picture_psf_side(double seeing);
 /// `style.spikes` of the light. At the distances u along a spike and v across it, a spike's light
 /// is
 ///   (1 - (u/R)^2)^2 / (1 + (u/2)^2) exp(-4 ln 2 v^2).
-/// Along a spike the light of a sharp edge's diffraction falls as u^-2. The reach is 64, but at
-/// most 192 pixels, and at least 24. The stamp ends there, too.
+/// Along a spike the light of a sharp edge's diffraction falls as u^-2. The reach is 64
+/// FWHM, or 192 pixels where that is less, but at least 24 FWHM. The stamp ends there, too.
 Stamp picture_psf(const PictureStyle& style);
 
 /// Memory that picture_psf() and blur() take, bytes.

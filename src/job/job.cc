@@ -180,7 +180,10 @@ void add_tone_footprints(const std::shared_ptr<const Scene>& scene,
   const ToneView view = tone_view(parameters, camera, *lit);
   for (const PlacedGalaxy& placed : lit->galaxies) {
     FootprintRange& range = by_galaxy.at(placed.galaxy.get());
-    range = range | Renderer::footprints(view.parameters, view.camera, lit->unit, placed);
+    FootprintRange seen = Renderer::footprints(view.parameters, view.camera, lit->unit, placed);
+    // A picture's tone needs no means that the image does not need.
+    seen.needs_light_means = range.needs_light_means;
+    range = range | seen;
   }
 }
 

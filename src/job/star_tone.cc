@@ -68,8 +68,9 @@ void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {
   // The light has no noise, and what is left out is dark.
   std::optional<std::array<double, 3>> black;
   if (view.is_cropped) black.emplace();
-  job.parameters.stars.tone =
-      choose_tone(image, wavelengths_of(job), zero_points(job), black, 0.0).numbers();
+  const PictureTone tone = choose_tone(image, wavelengths_of(job), zero_points(job), black, 0.0);
+  // Without light the picture's own pixels give its tone.
+  if (tone.slope > 0) job.parameters.stars.tone = tone.numbers();
 }
 
 OutputOptions toned_output(const OutputOptions& output, const RenderParameters& parameters) {

@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "gamer/image/fits/fits_header.h"
@@ -32,11 +30,15 @@ double pixel_radius(const Camera& camera, const PlacedGalaxy& galaxy) {
   return pixel > 0 ? galaxy.bounding_radius / pixel : HUGE_VAL;
 }
 
+/// Whether the camera is in a galaxy.
+bool is_within(const Camera& camera, const PlacedGalaxy& galaxy) {
+  return camera.projection() != Projection::orthographic &&
+         camera.distance(galaxy.centre) < galaxy.bounding_radius;
+}
+
 /// Whether a galaxy may touch the camera's window.
 bool is_seen(const Camera& camera, const PlacedGalaxy& galaxy) {
-  const bool is_around = camera.projection() != Projection::orthographic &&
-                         camera.distance(galaxy.centre) < galaxy.bounding_radius;
-  if (is_around) return true;
+  if (is_within(camera, galaxy)) return true;
   const auto place = camera.pixel(galaxy.centre);
   if (!place) return false;
   const double radius = pixel_radius(camera, galaxy);
@@ -111,6 +113,9 @@ double area_of(const ImageRegion& region) {
   return static_cast<double>(region.width) * region.height;
 }
 
+/// Whether a part of the window can be a view of its own.
+bool can_be_cropped(const Camera& camera) { return camera.is_flat() || camera.wcs(); }
+
 /// The part of a window in which its galaxies are.
 ImageRegion lit_region(const Camera& camera, const Scene& scene) {
   const ImageRegion& window = camera.window();
@@ -118,14 +123,20 @@ ImageRegion lit_region(const Camera& camera, const Scene& scene) {
   for (const PlacedGalaxy& galaxy : scene.galaxies) {
     const auto place = camera.pixel(galaxy.centre);
     const double radius = pixel_radius(camera, galaxy);
-    if (!place || !(radius < window.width + window.height)) return window;
-    left = std::min(left, static_cast<int>(std::floor(place->x - radius)));
-    right = std::max(right, static_cast<int>(std::ceil(place->x + radius)) + 1);
-    bottom = std::min(bottom, static_cast<int>(std::floor(place->y - radius)));
-    top = std::max(top, static_cast<int>(std::ceil(place->y + radius)) + 1);
+    if (!place || is_within(camera, galaxy) || !(radius < window.width + window.height)) {
+      return window;
+    }
+    const auto column = [&](double x) {
+      return static_cast<int>(std::clamp<double>(x, window.left, window.right()));
+    };
+    const auto row = [&](double y) {
+      return static_cast<int>(std::clamp<double>(y, window.bottom, window.top()));
+    };
+    left = std::min(left, column(std::floor(place->x - radius)));
+    right = std::max(right, column(std::ceil(place->x + radius) + 1));
+    bottom = std::min(bottom, row(std::floor(place->y - radius)));
+    top = std::max(top, row(std::ceil(place->y + radius) + 1));
   }
-  left = std::max(left, window.left), bottom = std::max(bottom, window.bottom);
-  right = std::min(right, window.right()), top = std::min(top, window.top());
   if (right <= left || top <= bottom) return window;
   return {left, bottom, right - left, top - bottom};
 }
@@ -141,6 +152,14 @@ std::shared_ptr<const Scene> tone_scene(const Camera& camera, std::shared_ptr<co
     }
   }
   if (result->galaxies.empty()) return scene;
+  // Galaxies that are far apart would be small in a view of all of them. The largest one decides.
+  const double widest = 2 * largest_radius(camera, *scene);
+  const double most_area = most_pixels * (widest / pixels_across) * (widest / pixels_across);
+  if (can_be_cropped(camera) && area_of(lit_region(camera, *result)) > most_area) {
+    const auto radius = [&](const PlacedGalaxy& galaxy) { return pixel_radius(camera, galaxy); };
+    const PlacedGalaxy largest = *std::ranges::max_element(result->galaxies, {}, radius);
+    result->galaxies = {largest};
+  }
   result->unit = scene->unit;
   result->objects = scene->objects;
   result->probes = scene->probes;
@@ -150,7 +169,7 @@ std::shared_ptr<const Scene> tone_scene(const Camera& camera, std::shared_ptr<co
 ToneView tone_view(const RenderParameters& parameters, const Camera& camera, const Scene& scene) {
   ToneView view{parameters, camera};
   view.parameters.sampling.stars_per_pixel = 0;
-  const bool is_part = camera.is_flat() || camera.wcs();
+  const bool is_part = can_be_cropped(camera);
   const ImageRegion whole = camera.window();
   const ImageRegion lit = is_part ? lit_region(camera, scene) : whole;
   view.is_cropped = area_of(lit) < most_cropped * area_of(whole);

@@ -9,9 +9,11 @@
 namespace gamer {
 
 /// A view of few pixels on which the tone of a picture is measured. Its pixels are a fixed share of
-/// the window, so that the brightness of what they resolve does not depend on the image's size.
+/// the largest galaxy, or of the window where that is smaller, so that the brightness of what they
+/// resolve does not depend on the image's size.
 struct ToneView {
-  /// With one ray for each pixel, a coarse tolerance, and without stars that are drawn one by one.
+  /// Without stars that are drawn one by one. A view with wider pixels than the image has one ray
+  /// for each pixel and a coarse tolerance.
   RenderParameters parameters;
   Camera camera;
   /// Area of a pixel, pixels of the image.
@@ -22,6 +24,7 @@ struct ToneView {
 
 /// The galaxies that decide the tone: those that touch the window, without those much smaller than
 /// the largest. The nuclei of small galaxies behind a large one may be much brighter than its disk.
+/// If they are far apart, the largest alone decides.
 /// The result has neither stars nor rows of a list. It is the scene itself where no galaxy decides.
 std::shared_ptr<const Scene> tone_scene(const Camera& camera, std::shared_ptr<const Scene> scene);
 

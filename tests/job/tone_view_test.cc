@@ -106,6 +106,31 @@ TEST(ToneView, ShowsLargeGalaxiesAlone) {
   EXPECT_NEAR(200 / width, 193, 2);
 }
 
+// The largest of galaxies in opposite corners has as many pixels as one that is alone.
+TEST(ToneView, ShowsTheLargestOfDistantGalaxies) {
+  const RenderParameters parameters = parameters_of(
+      "[image]\nsize = [4000, 4000]\n[camera]\nprojection = \"orthographic\"\nwidth = 5\n");
+  const Camera camera(parameters);
+  const auto shown = tone_scene(camera, balls(camera, {{200, 200, 100}, {3800, 3800, 110}}));
+  ASSERT_EQ(shown->galaxies.size(), 1U);
+  const ToneView view = tone_view(parameters, camera, *shown);
+  EXPECT_TRUE(view.is_cropped);
+  EXPECT_NEAR(view.camera.window().width, 193, 2);
+}
+
+// From within a galaxy all of the window is lit.
+TEST(ToneView, IsWholeWithinAGalaxy) {
+  const RenderParameters parameters =
+      parameters_of("[image]\nsize = [1200, 800]\n[camera]\nfov = 90\n");
+  const Camera camera(parameters);
+  auto scene = std::make_shared<Scene>();
+  PlacedGalaxy galaxy;
+  galaxy.centre = camera.origin() - 0.5 * camera.back() + 0.9 * camera.right();
+  galaxy.bounding_radius = 2;
+  scene->galaxies.push_back(galaxy);
+  EXPECT_FALSE(tone_view(parameters, camera, *scene).is_cropped);
+}
+
 TEST(ToneView, IsTheImageWhereThatIsSmall) {
   const RenderParameters parameters = parameters_of(
       "[image]\nsize = [150, 100]\n[camera]\nprojection = \"orthographic\"\nwidth = 5\n");

@@ -46,7 +46,8 @@ struct PictureTone {
 /// *Saturation* s. A channel c of a pixel of intensity I becomes I + s (c - I), at least 0.
 ///
 /// *Sky and grain.* All channels then get the light whose stretch is the level `sky`, and noise.
-/// The noise is normal, and independent in each of the `channels` (1 or 3). It has the standard
+/// The noise is normal, and independent in each of the `channels` (1 or 3), apart from a
+/// common slope with seeing. It has the standard
 /// deviation `grain` in a picture of the sky alone, but light below 0 counts as 0.
 /// It is light too, which the stretch shows less in bright parts. As noise of photons, that of a
 /// channel of light L is sqrt(1 + L/S) times that of the sky. S is the sky's light, or that of the

@@ -14,9 +14,9 @@ PictureTone picture_tone(const RenderJob& job, const Image& image);
 
 /// Finds the tone of a job's picture, for a picture with stars. It is image.tone where that is
 /// given, else automatic_tone() of a small picture of the largest galaxies. In the small picture
-/// all stars of galaxies are smooth light. Its pixels are a fixed share of the galaxies, so that
-/// the white of clumps does not depend on the image's size. Every rank calls this function, and
-/// gets equal numbers.
+/// all stars of galaxies are smooth light. Its pixels are a fixed share of the largest galaxy, so
+/// that the white of clumps does not depend on the image's size. Every rank calls this function,
+/// and gets equal numbers.
 void find_star_tone(RenderJob& job, const Ranks& ranks, int threads);
 
 /// `output` with the tone of find_star_tone() for a picture that has no tone of its own.
