@@ -9,8 +9,8 @@
 namespace gamer {
 
 /// A view of few pixels on which the tone of a picture is measured. Its pixels are a fixed share of
-/// the largest galaxy, or of the window where that is smaller, so that the brightness of what they
-/// resolve does not depend on the image's size.
+/// the largest galaxy, or of the window where that is smaller. The brightness of what they resolve
+/// thus does not depend on the image's size.
 struct ToneView {
   /// Without stars that are drawn one by one. A view with wider pixels than the image has one ray
   /// for each pixel and a coarse tolerance.
