@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 
+#include "galaxy/running_sums.h"
 #include "noise/lattice.h"
 
 namespace gamer {
@@ -33,6 +35,20 @@ double density_at(const SurfaceDensity& density, double x, double y) {
 }
 
 }  // namespace
+
+double radius_of_share(double u) {
+  constexpr int steps = 1 << 12;
+  static const std::vector<double> below =
+      running_sums(steps, [](double r) { return r * r * std::pow(1 - r * r, 3); });
+  return place_of_sum(below, u * below.back());
+}
+
+ClumpPlace place_in_ball(const std::array<double, 3>& u) {
+  const double r = radius_of_share(u[0]);
+  const double cosine = 2 * u[1] - 1, sine = std::sqrt(1 - cosine * cosine);
+  const double angle = 2 * std::numbers::pi * u[2];
+  return {r * sine * std::cos(angle), r * sine * std::sin(angle), r * cosine};
+}
 
 double halo_share(const ClumpTier& tier, const AssociationClump& clump, const ClumpPlace& at) {
   const double in_plane = 1 - at.x * at.x - at.y * at.y;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -29,6 +30,11 @@ inline double weight_of(double number, double occupancy) {
 struct ClumpPlace {
   double x, y, z;
 };
+
+/// The radius within which the share u of the density q^3 lies, in a ball of radius 1.
+double radius_of_share(double u);
+/// A place in this ball. It has the density q^3 if u is uniform in [0, 1)^3.
+ClumpPlace place_in_ball(const std::array<double, 3>& u);
 
 /// The halo's light at a place of the clump before it is bent, relative to q^3.
 double halo_share(const ClumpTier& tier, const AssociationClump& clump, const ClumpPlace& at);

@@ -1,13 +1,12 @@
 #include "galaxy/associations/association_mean.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
-#include <numbers>
 #include <numeric>
 
 #include "galaxy/associations/association_clumps.h"
-#include "galaxy/running_sums.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
 #include "gamer/noise/footprint.h"
@@ -45,17 +44,11 @@ struct Offset : ClumpPlace {
 /// `count` places that follow q^3, in pairs on opposite sides. Each has an equal share of the
 /// light.
 std::vector<Offset> profile_points(std::size_t count) {
-  constexpr int steps = 1 << 12;
-  static const std::vector<double> below =
-      running_sums(steps, [](double r) { return r * r * std::pow(1 - r * r, 3); });
   std::vector<Offset> points;
   for (std::size_t k = 0; k < count / 2; ++k) {
-    double u[3];
-    R3Sequence().point(k, u);
-    const double r = place_of_sum(below, u[0] * below.back());
-    const double cosine = 2 * u[1] - 1, sine = std::sqrt(1 - cosine * cosine);
-    const double angle = 2 * std::numbers::pi * u[2];
-    const ClumpPlace point{r * sine * std::cos(angle), r * sine * std::sin(angle), r * cosine};
+    std::array<double, 3> u{};
+    R3Sequence().point(k, u.data());
+    const ClumpPlace point = place_in_ball(u);
     points.push_back({point, halo_volume});
     points.push_back({{-point.x, -point.y, -point.z}, halo_volume});
   }

@@ -8,7 +8,6 @@
 
 #include "galaxy/associations/association_clumps.h"
 #include "galaxy/associations/association_texture.h"
-#include "galaxy/running_sums.h"
 #include "gamer/core/cancellation.h"
 #include "gamer/core/parallel_for.h"
 #include "gamer/core/random.h"
@@ -46,33 +45,20 @@ double largest_stretch() {
   return stretch;
 }
 
-/// The radius within which the share u of the density q^3 lies.
-double radius_of_share(double u) {
-  constexpr int steps = 1 << 12;
-  static const std::vector<double> below =
-      running_sums(steps, [](double r) { return r * r * std::pow(1 - r * r, 3); });
-  return place_of_sum(below, u * below.back());
-}
-
-/// A place in the unit ball. It has the density q^3 if u is uniform in [0, 1)^3.
-ClumpPlace place_in_ball(const std::array<double, 3>& u) {
-  const double r = radius_of_share(u[0]);
-  const double cosine = 2 * u[1] - 1, sine = std::sqrt(1 - cosine * cosine);
-  const double angle = 2 * std::numbers::pi * u[2];
-  return {r * sine * std::cos(angle), r * sine * std::sin(angle), r * cosine};
-}
-
 // The parts of a clump whose light is proportional to q^3.
 constexpr int part_count = 3;
 constexpr int halo = 0, first_core = 1;
+
+/// An upper bound of the halo's factor of tilt.
+double tilt_bound(const ClumpShape& shape) {
+  return 1 + std::abs(double{shape.tilt[0]}) + std::abs(double{shape.tilt[1]});
+}
 
 /// Volume integral of a part of K, for the halo that of an upper bound.
 double light_of_part(const ClumpTier& tier, const AssociationClump& clump, int part) {
   const double volume = clump.radius * clump.radius * clump.radius;
   if (part == halo) {
-    const ClumpShape& shape = clump.shape;
-    const double tilt = 1 + std::abs(double{shape.tilt[0]}) + std::abs(double{shape.tilt[1]});
-    return volume * halo_volume * double{tier.halo[clump.model]} * tilt;
+    return volume * halo_volume * double{tier.halo[clump.model]} * tilt_bound(clump.shape);
   }
   constexpr double cores = 1 + double{second_core};
   const double share = (part == first_core ? 1 : double{second_core}) / cores;
@@ -287,9 +273,7 @@ void StarClumps::fill(const Piece& piece, double expected,
     const ClumpPlace at = place_in_ball(u);
     candidate.threshold = source.bound * unit(4);
     if (piece.part == halo) {
-      const ClumpShape& shape = clump.shape;
-      const double tilt = 1 + std::abs(double{shape.tilt[0]}) + std::abs(double{shape.tilt[1]});
-      candidate.threshold *= tilt / halo_share(tier, clump, at);
+      candidate.threshold *= tilt_bound(clump.shape) / halo_share(tier, clump, at);
     }
     const auto place = place_of(source, place_in_part(tier, clump, piece.part, at));
     std::ranges::copy(place, candidate.position);
