@@ -11,6 +11,8 @@ const balance = 0.5;
 const whiteQuantile = 0.9999;
 const referenceLight = 0.8;
 const referenceLevel = 0.28;
+const fifth = 0.2;
+const fifthLevel = 0.54;  // the highest level at the edge of the brightest fifth
 const groupSigmas = 30;
 const mostGrouped = 4096;
 const knee = 0.7;  // of pictures with contrast
@@ -246,18 +248,26 @@ function medianGreen(channels, black, sigma, factor) {
   return median > 0 ? median : 1;
 }
 
-/// The slope for which asinh(slope reference)/asinh(slope white) is the reference level.
-function solveSlope(reference, white) {
+/// The slope for which asinh(slope value)/asinh(slope white) is `level`.
+function solveSlope(value, level, white) {
   let low = Math.log(1e-3 / white), high = Math.log(1e30 / white);
   for (let i = 0; i < 100; ++i) {
     const middle = (low + high) / 2, slope = Math.exp(middle);
-    if (Math.asinh(slope * reference) > referenceLevel * Math.asinh(slope * white)) {
+    if (Math.asinh(slope * value) > level * Math.asinh(slope * white)) {
       high = middle;
     } else {
       low = middle;
     }
   }
   return Math.exp((low + high) / 2);
+}
+
+/// The number of the largest of ascending values that sum to a share of their total.
+function countAtLight(ascending, share) {
+  let total = 0, sum = 0, i = ascending.length;
+  for (let k = i; k-- > 0;) total += ascending[k];
+  while (i > 0 && sum < share * total) sum += ascending[--i];
+  return ascending.length - i;
 }
 
 /// The white quantile of ascending values, interpolated between two of them.
@@ -283,10 +293,10 @@ function chooseStretch(samples, threshold) {
   }
   if (count === 0) return {slope: 0, scale: 0};
   const sorted = lit.slice(0, count).sort();
-  let total = 0, sum = 0, reference = count;
-  for (let i = count; i-- > 0;) total += sorted[i];
-  while (reference > 0 && sum < referenceLight * total) sum += sorted[--reference];
-  const slope = solveSlope(sorted[reference], quantileOfWhite(sorted));
+  const white = quantileOfWhite(sorted);
+  const bright = countAtLight(sorted, referenceLight);
+  const slope = Math.min(solveSlope(sorted[count - bright], referenceLevel, white),
+                         solveSlope(sorted[count - 1 - Math.trunc(fifth * bright)], fifthLevel, white));
   // The largest channel must fit, not the mean: otherwise a red core would be a flat disc.
   for (let i = 0; i < count; ++i) largest[i] *= Math.asinh(slope * lit[i]);
   return {slope, scale: 1 / quantileOfWhite(largest.subarray(0, count).sort())};

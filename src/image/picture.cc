@@ -26,6 +26,10 @@ constexpr double light_sigmas = 3;
 constexpr double balance = 0.5;
 constexpr double white_quantile = 0.9999;
 constexpr double reference_light = 0.8;
+/// The brightest fifth of the pixels that hold this light is at most as bright as `fifth_level` at
+/// its edge. Otherwise the middle of a galaxy without a bulge would be white.
+constexpr double fifth = 0.2;
+constexpr double fifth_level = 0.54;
 /// Groups of pixels in the balance of green: their sums are this many sigmas above the sky in all
 /// channels, or have the largest number of pixels.
 constexpr double group_sigmas = 30;
@@ -242,22 +246,33 @@ double median_green(const std::vector<std::vector<double>>& channels,
   return 1;
 }
 
-/// The slope for which asinh(slope reference)/asinh(slope white) is the reference level; this ratio
-/// grows with the slope.
-double solve_slope(double reference, double white) {
+/// The slope for which asinh(slope value)/asinh(slope white) is `level`; this ratio grows with the
+/// slope.
+double solve_slope(double value, double level, double white) {
   constexpr double nearly_linear = 1e-3, steepest = 1e30;
   constexpr int bisections = 100;
   double low = std::log(nearly_linear / white), high = std::log(steepest / white);
   for (int i = 0; i < bisections; ++i) {
     const double middle = (low + high) / 2;
     const double slope = std::exp(middle);
-    if (std::asinh(slope * reference) > reference_level * std::asinh(slope * white)) {
+    if (std::asinh(slope * value) > level * std::asinh(slope * white)) {
       high = middle;
     } else {
       low = middle;
     }
   }
   return std::exp((low + high) / 2);
+}
+
+/// The number of the largest of descending values that sum to a share of their total.
+std::size_t count_at_light(std::span<const double> descending, double share) {
+  const double total = std::accumulate(descending.begin(), descending.end(), 0.0);
+  double sum = 0;
+  for (std::size_t i = 0; i < descending.size(); ++i) {
+    sum += descending[i];
+    if (sum >= share * total) return i + 1;
+  }
+  return descending.size();
 }
 
 /// The quantile of `white_quantile` of descending values, interpolated between two of them.
@@ -286,16 +301,11 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
   if (lit.empty()) return;
   std::vector<double> sorted = lit;
   std::ranges::sort(sorted, std::greater<>());
-  const double total = std::accumulate(sorted.begin(), sorted.end(), 0.0);
-  double sum = 0, reference = sorted.back();
-  for (const double value : sorted) {
-    sum += value;
-    if (sum >= reference_light * total) {
-      reference = value;
-      break;
-    }
-  }
-  tone.slope = solve_slope(reference, quantile_of_white(sorted));
+  const double white = quantile_of_white(sorted);
+  const std::size_t count = count_at_light(sorted, reference_light);
+  const auto edge = static_cast<std::size_t>(fifth * static_cast<double>(count));
+  tone.slope = std::min(solve_slope(sorted[count - 1], reference_level, white),
+                        solve_slope(sorted[edge], fifth_level, white));
   // The scale follows the largest channel, not the mean: otherwise a red core would be a flat disc.
   std::vector<double>& largest = peaks;
   for (std::size_t i = 0; i < lit.size(); ++i) largest[i] *= std::asinh(tone.slope * lit[i]);

@@ -32,6 +32,9 @@ contrast = 3
 saturation = 1.2
 )";
 
+// Clusters and diffuse light have one width of a point, as in the sharpest photographs.
+constexpr const char* style_in_space = "seeing = 1\n";
+
 constexpr const char* style_of_sky = R"(seeing = 1.2
 sky = 0.03
 grain = 0.008
@@ -82,9 +85,9 @@ std::uint64_t seed_of(const Look& look) {
 std::string parameters_text(const Look& look, const std::vector<std::string>& settings) {
   const std::string name = std::filesystem::path(look.galaxy).stem().string() + ".png";
   std::string text = fmt::format(fmt::runtime(picture), toml_string(name));
-  if (look.has_sky) {
-    text += fmt::format(fmt::runtime(style_of_sky), seed_of(look) % PictureStyle::most_grain_seed);
-  }
+  text += look.has_sky ? fmt::format(fmt::runtime(style_of_sky),
+                                     seed_of(look) % PictureStyle::most_grain_seed)
+                       : style_in_space;
   if (!chooses(settings, "spectrum.bands") && !chooses(settings, "spectrum.wavelengths")) {
     text += colours;
   }

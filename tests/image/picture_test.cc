@@ -503,6 +503,35 @@ TEST(AutomaticTone, IsThatOfMakePictureWhateverTheThreads) {
   }
 }
 
+TEST(AutomaticTone, FaintestLightOrMiddleDecidesTheSlope) {
+  // A small bulge leaves a faint disk; a disk alone has a wide bright middle.
+  constexpr int size = 200;
+  for (const bool is_disk : {false, true}) {
+    Image image(size, size, 1);
+    for (int y = 0; y < size; ++y) {
+      for (int x = 0; x < size; ++x) {
+        const double r = std::hypot(x - 99.5, y - 99.5) / 100;
+        if (r < 0.75) {
+          image.at(x, y) =
+              is_disk ? std::exp(-r / 0.2) : std::exp(-r / 0.03) + 0.05 * std::exp(-r / 0.3);
+        }
+      }
+    }
+    const std::vector<PlanePtr> planes = {memory_plane(image, 0)};
+    const PictureTone tone = automatic_tone(picture_channels(planes, {}), 1);
+    std::vector<double> lit(image.plane(0), image.plane(0) + size * size);
+    std::erase(lit, 0.0);
+    std::ranges::sort(lit, std::greater<>());
+    const double total = std::accumulate(lit.begin(), lit.end(), 0.0);
+    std::size_t bright = 0;
+    for (double sum = 0; sum < 0.8 * total; ++bright) sum += lit[bright];
+    const double edge = std::asinh(tone.slope * lit[bright - 1]) * tone.scale;
+    const double middle = std::asinh(tone.slope * lit[bright / 5]) * tone.scale;
+    EXPECT_NEAR(is_disk ? middle : edge, is_disk ? 0.54 : 0.28, 1e-9);
+    EXPECT_LT(is_disk ? edge : middle, is_disk ? 0.28 : 0.54);
+  }
+}
+
 TEST(AutomaticTone, WhatIsGivenStays) {
   const Image image = galaxy(64, 5, 0.002);
   const std::vector<PlanePtr> planes = {memory_plane(image, 2), memory_plane(image, 1),
