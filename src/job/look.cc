@@ -56,19 +56,19 @@ width = 2
 )";
 
 constexpr const char* view_of_sky = R"([photometry]
-reference_band = "bessell_v"
+reference_band = "red_halpha"
 [camera]
 projection = "sky"
 center = [180, 0]
 )";
 
-// The galaxy before a sky. Its mean surface brightness within its ball is 22.6 mag arcsec^-2, that
-// of M100 and M51 at V.
+// The galaxy before a sky. Its mean surface brightness within its ball is 22.2 mag arcsec^-2 in the
+// red, that of M100 and M51.
 constexpr double sky_radius = 200;     // of the galaxy's ball, arcsec
-constexpr double sky_magnitude = 9.9;  // AB
+constexpr double sky_magnitude = 9.5;  // AB
 constexpr double sky_distance = 10;    // Mpc
-// Limits of Background. Its magnitudes, of i, count as V here. Numbers and sizes are thus those of
-// objects of equal i, which are some tenths of a magnitude fainter in V.
+// Limits of Background. Its magnitudes, of i, count as those of the red plane here. Numbers and
+// sizes are thus those of objects of equal i, which are some tenths of a magnitude fainter in red.
 constexpr double faintest_galaxies = 22;
 constexpr double star_number = 1;  // arcmin^-2
 
