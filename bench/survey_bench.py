@@ -3,6 +3,7 @@
 
     bench/survey_bench.py [--gamer PROGRAM] [--galaxies N] [--repeat K] [--fine] > survey.md
     bench/survey_bench.py --no-cost --by-angle 5 15 30      # radii in pixels
+    bench/survey_bench.py --no-cost --no-flux --pixels --galaxies 60 --fine
 
 The galaxies are the first N rows of scenes/survey_field. They are rendered at tolerance 1e-2 and,
 with --fine, also at 1e-3.
@@ -23,7 +24,10 @@ tolerance.
 --by-angle does the same for galaxies of chosen radii, each type at six inclinations. They have
 redshift 0.2, and the galaxies of one type and radius have one seed.
 
-It needs astropy (scripts/packages-tests.txt), which brings numpy.
+--pixels compares each galaxy's pixels, above 1 % of its peak, with sums of 8 x 8 smaller pixels at
+tolerance 1e-3. Both have the same total light. It does so once more after a seeing of 0.7 arcsec.
+
+It needs astropy and scipy (scripts/packages-tests.txt).
 """
 
 import argparse
@@ -40,6 +44,7 @@ import tomllib
 
 import numpy as np
 from astropy.io import fits
+from scipy.ndimage import gaussian_filter
 
 from jobs import SOURCE, read_report, table, timed
 
@@ -53,6 +58,11 @@ CELL = 2.4
 MARGIN = 4
 # AB magnitude of 1 nJy.
 ZERO_POINT = 31.4
+# Pixels of the reference along each side of a pixel, the least light of a pixel, in shares of a
+# galaxy's peak, and the seeing (FWHM), arcsec.
+FINER = 8
+LEAST_LIGHT = 0.01
+SEEING = 0.7
 
 
 def read_scene():
@@ -100,6 +110,11 @@ class Program:
 
     def fluxes(self, rows, scale, tolerance):
         """Fluxes by band and row; `scale` is in arcsec per pixel."""
+        return self.cells(rows, scale, tolerance).sum(axis=(2, 3))
+
+    def cells(self, rows, scale, tolerance, finer=1):
+        """Images by band and row, all of one size. With `finer` > 1 a pixel is the sum of finer x
+        finer pixels."""
         cell = math.ceil(CELL * max(float(row["size_arcsec"]) for row in rows) / scale) + MARGIN
         side = math.ceil(len(rows) ** 0.5)
         placed = []
@@ -108,16 +123,20 @@ class Program:
             corner = np.array([i % side, i // side]) * cell
             within = np.array([-float(row["dx"]), float(row["dy"])]) / scale % 1
             x, y = corner + cell // 2 + within + 0.5
-            placed.append({**others, "px": f"{x:.4f}", "py": f"{y:.4f}"})
+            fine_x, fine_y = finer * (x - 0.5) + 0.5, finer * (y - 0.5) + 0.5
+            placed.append({**others, "px": f"{fine_x:.4f}", "py": f"{fine_y:.4f}"})
         write_scene(self.folder / "mosaic.lst", placed)
-        self.run(self.folder / "mosaic.lst", "-s", f"image.size={side * cell}",
+        self.run(self.folder / "mosaic.lst", "-s", f"image.size={side * cell * finer}",
+                 "-s", f"camera.pixel_scale={scale / finer}", "-s", "sampling.stars_per_pixel=0",
                  "-s", f"sampling.tolerance={tolerance}")
-        image = fits.getdata(self.output).astype(float)
+        image = fits.getdata(self.output)
+        image = image.reshape(len(image), side * cell, finer, side * cell, finer)
+        image = image.sum(axis=(2, 4), dtype=float)
         cells = image.reshape(len(image), side, cell, side, cell).swapaxes(2, 3)
         edges = (cells[..., 0, :], cells[..., -1, :], cells[..., 0], cells[..., -1])
         if any(edge.any() for edge in edges):
             sys.exit("light crosses the edge of a cell: CELL is too small")
-        return cells.sum(axis=(3, 4)).reshape(len(image), -1)[:, :len(rows)]
+        return cells.reshape(len(image), -1, cell, cell)[:, :len(rows)]
 
 
 def print_cost(program, rows, tolerances, repeat):
@@ -191,6 +210,35 @@ def print_types(errors, rows):
                                  for name in ("rms", "worst"))], lines)
 
 
+def pixel_errors(image, exact):
+    """Relative errors of pixels, rms by band and row."""
+    bright = exact > LEAST_LIGHT * exact.max(axis=(2, 3), keepdims=True)
+    flux = exact.sum(axis=(2, 3), keepdims=True)
+    image = image * flux / image.sum(axis=(2, 3), keepdims=True)
+    relative = np.where(bright, image / np.where(bright, exact, 1) - 1, 0)
+    return np.sqrt((relative ** 2).sum(axis=(2, 3)) / bright.sum(axis=(2, 3)))
+
+
+def print_pixels(program, rows, scale, tolerances):
+    sigma = SEEING / scale / math.sqrt(8 * math.log(2))
+    exact = program.cells(rows, scale, 1e-3, FINER)
+    seen = gaussian_filter(exact, (0, 0, sigma, sigma))
+    errors = []  # by tolerance with and without seeing, band and row
+    for tolerance in tolerances:
+        image = program.cells(rows, scale, tolerance)
+        errors.append(pixel_errors(image, exact))
+        errors.append(pixel_errors(gaussian_filter(image, (0, 0, sigma, sigma)), seen))
+    print("Relative errors of pixels, %, over all bands:\n")
+    lines = []
+    for name in [*sorted({row["galaxy"] for row in rows}), "all"]:
+        chosen = [i for i, row in enumerate(rows) if name in (row["galaxy"], "all")]
+        lines.append([name, *(number(100 * function(own[:, chosen])) for own in errors
+                              for function in (rms, worst))])
+    table(["galaxy", *(f"{tolerance:g}{seeing}: {name}" for tolerance in tolerances
+                       for seeing in ("", f", {SEEING} arcsec") for name in ("rms", "worst"))],
+          lines)
+
+
 def by_angle_rows(types, radii, scale):
     rng = random.Random(1)
     return [{"galaxy": name, "dx": rng.random(), "dy": rng.random(), "redshift": 0.2,
@@ -241,6 +289,7 @@ def main():
                         help="keep the reference fluxes here, and use those that are here")
     parser.add_argument("--by-angle", type=float, nargs="+", default=[], metavar="RADIUS",
                         help="also fluxes by inclination, of galaxies with these radii in pixels")
+    parser.add_argument("--pixels", action="store_true", help="also errors of pixels")
     parser.add_argument("--no-cost", action="store_true", help="leave the timings out")
     parser.add_argument("--no-flux", action="store_true", help="leave the field's fluxes out")
     options = parser.parse_args()
@@ -267,6 +316,8 @@ def main():
             errors = measure(program, rows, scale, tolerances, options.reference, options.keep)
             print_errors(errors, bands)
             print_types(errors, rows)
+        if options.pixels:
+            print_pixels(program, rows, scale, tolerances)
         if options.by_angle:
             types = sorted({row["galaxy"] for row in rows})
             inclined = by_angle_rows(types, options.by_angle, scale)
