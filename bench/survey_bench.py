@@ -58,10 +58,11 @@ CELL = 2.4
 MARGIN = 4
 # AB magnitude of 1 nJy.
 ZERO_POINT = 31.4
-# Pixels of the reference along each side of a pixel, the least light of a pixel, in shares of a
-# galaxy's peak, and the seeing (FWHM), arcsec.
+# Pixels of the reference along each side of a pixel.
 FINER = 8
+# Least light of a pixel whose error counts, in shares of a galaxy's peak.
 LEAST_LIGHT = 0.01
+# FWHM of the seeing, arcsec.
 SEEING = 0.7
 
 
