@@ -285,10 +285,6 @@ int make_rgb(const OperationCall& call) {
   return 0;
 }
 
-Interval style_factors() {
-  return Interval::closed(PictureStyle::least_factor, PictureStyle::most_factor);
-}
-
 ParameterTable rgb_parameters() {
   constexpr double largest_q = 1e10;
   return {
@@ -319,9 +315,9 @@ ParameterTable rgb_parameters() {
       Parameter::number("saturation", "", Interval::at_least(0), 1.0,
                         "stiff, auto: 0 is grey, 1 keeps the colours, larger values strengthen "
                         "them"),
-      Parameter::number("brightness", "", style_factors(), 1.0,
+      Parameter::number("brightness", "", PictureStyle::factors(), 1.0,
                         "auto: factor on the slope of the stretch; white stays white"),
-      Parameter::number("contrast", "", style_factors(), 1.0,
+      Parameter::number("contrast", "", PictureStyle::factors(), 1.0,
                         "auto: divides the slope of the stretch; the level 0.28 stays, and with "
                         "values above 1 the brightest parts become white"),
       Parameter::choice("bits", {"8", "16"}, std::nullopt,
@@ -352,10 +348,8 @@ Operation rgb_operation() {
           "mean x, c' = (Y + saturation (x - Y)) Y^(1/luminance-gamma - 1), and the channel is "
           "c'^(1/gamma).\nplain: x^(1/gamma), each channel on its own.\nauto: any number of "
           "planes, as the renderer makes its pictures; --brightness, --contrast and --saturation "
-          "are "
-          "image.brightness, image.contrast and image.saturation of its parameters.\nThe PNG's "
-          "text 'Comment' names the values "
-          "that were used.",
+          "are image.brightness, image.contrast and image.saturation of its parameters.\nThe PNG's "
+          "text 'Comment' names the values that were used.",
       .least_inputs = 1,
       .most_inputs = 3,
       .result = Operation::Result::picture,

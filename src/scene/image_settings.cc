@@ -31,10 +31,6 @@ std::optional<ImageRegion> read_region(const ParameterSet& values) {
                      static_cast<int>(numbers[2]), static_cast<int>(numbers[3])};
 }
 
-Interval style_factors() {
-  return Interval::closed(PictureStyle::least_factor, PictureStyle::most_factor);
-}
-
 BoundTable image_keys(ImageSettings& p) {
   return {
       Parameter::size2("size", "pixels", Interval::closed(1, largest_image_side), 512,
@@ -66,10 +62,10 @@ BoundTable image_keys(ImageSettings& p) {
       Parameter::numbers("tone", "", Interval::any(), std::nullopt,
                          "eight numbers for the colours of a picture: black and factor of red, "
                          "green and blue, slope, scale; by default measured on the picture"),
-      {p.output.style.brightness, "brightness", "", style_factors(),
+      {p.output.style.brightness, "brightness", "", PictureStyle::factors(),
        "factor on the slope of a picture's stretch; white stays white, and values above 1 show "
        "fainter light"},
-      {p.output.style.contrast, "contrast", "", style_factors(),
+      {p.output.style.contrast, "contrast", "", PictureStyle::factors(),
        "divides the slope of a picture's stretch; the level 0.28 stays, and with values above 1 "
        "the brightest parts are overexposed, and become white"},
       {p.output.style.saturation, "saturation", "", Interval::closed(0, 10),

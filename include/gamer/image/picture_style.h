@@ -2,6 +2,8 @@
 
 #include <cstdint>
 
+#include "gamer/core/parameter.h"
+
 namespace gamer {
 
 /// What a picture has besides the stretch of its tone (PictureTone). Levels are those of the
@@ -18,8 +20,8 @@ struct PictureStyle {
 
   static constexpr std::uint64_t most_grain_seed = 1000000000;
   static constexpr double least_seeing = 0.1, most_seeing = 32;
-  /// Limits of brightness and contrast.
-  static constexpr double least_factor = 0.01, most_factor = 100;
+  /// The values of brightness and contrast.
+  static Interval factors() { return Interval::closed(0.01, 100); }
 };
 
 }  // namespace gamer
