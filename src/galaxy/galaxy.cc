@@ -209,7 +209,6 @@ void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
   join_followers();
   std::erase_if(components_, [](const auto& c) { return !c->active(); });
   if (components_.empty()) throw InputError(file, "no component of the galaxy is active");
-  followed_.assign(components_.size(), -1);
   calibration_ = GalaxyCalibration(components_.size());
   // Face-on optical depth from which dust counts as thick.
   constexpr double thick = 5;
@@ -219,23 +218,39 @@ void Galaxy::resolve(const SourceLocation& file, const Galaxy* twin) {
   }
   skin_scale_ = static_cast<float>(thick / std::max(depth, thick));
   add_integrals(twin);
-  for (std::size_t c = 0; c < components_.size(); ++c) {
-    if (!components_[c]->follows().empty()) {
-      const auto followed = static_cast<std::size_t>(position(components_[c]->follows()));
-      components_[c]->follow(components_[followed]->digests());
-      // Stars in clumps have a texture of their own.
-      if (!components_[c]->has_texture_mean()) {
-        followed_[c] = static_cast<int>(followed);
-        if (std::ranges::find(followed_components_, followed) == followed_components_.end()) {
-          followed_components_.push_back(followed);
-        }
-      }
-    }
-    needs_azimuth_ = needs_azimuth_ || components_[c]->needs_azimuth();
-    needs_winding_ = needs_winding_ || components_[c]->needs_winding();
+  for (const auto& component : components_) {
+    needs_azimuth_ = needs_azimuth_ || component->needs_azimuth();
+    needs_winding_ = needs_winding_ || component->needs_winding();
   }
+  order_evaluation();
   resolve_fractions();
   check_densities();
+}
+
+void Galaxy::order_evaluation() {
+  for (std::vector<int>* const places : {&followed_, &early_, &clump_leader_, &clump_stars_}) {
+    places->assign(components_.size(), -1);
+  }
+  const auto add = [&](std::size_t c) {
+    if (early_[c] < 0) early_[c] = static_cast<int>(early_count_++);
+  };
+  for (std::size_t c = 0; c < components_.size(); ++c) {
+    if (components_[c]->follows().empty()) continue;
+    const auto leader = static_cast<std::size_t>(position(components_[c]->follows()));
+    components_[c]->follow(components_[leader]->digests());
+    const StarField* const stars = components_[c]->star_field();
+    // Stars in clumps have a texture of their own.
+    if (!components_[c]->has_texture_mean()) {
+      followed_[c] = static_cast<int>(leader);
+      add(leader);
+    } else if (stars != nullptr && stars->shares_layer()) {
+      clump_leader_[c] = static_cast<int>(leader);
+      if (clump_stars_[leader] >= 0) continue;
+      clump_stars_[leader] = static_cast<int>(c);
+      add(leader);
+      add(c);
+    }
+  }
 }
 
 void Galaxy::evaluate_stars(std::size_t c, const Points& points,

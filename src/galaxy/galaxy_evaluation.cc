@@ -192,6 +192,36 @@ bool is_constant(const float* values, std::size_t size) {
   return range.least == range.most;
 }
 
+/// Finds the points at which a component's texture is needed.
+void compact(const Component& component, const SampleBatch& batch, const BatchArray& need,
+             float threshold, bool needs_winding, const BatchArray* footprints,
+             const BatchArray* coherence, CompactedPoints& points) {
+  const float* heights = batch.z.data();
+  BatchArray above;
+  if (component.is_warped()) {
+    component.lift(batch, above.data());
+    for (std::size_t i = 0; i < padded(batch.size); ++i) above[i] = batch.z[i] - above[i];
+    heights = above.data();
+  }
+  HWY_DYNAMIC_DISPATCH(Compact)
+  (batch, heights, need.data(), threshold, static_cast<float>(component.texture()->twirl()),
+   needs_winding, footprints != nullptr ? footprints->data() : nullptr,
+   static_cast<float>(component.footprint_scale()),
+   coherence != nullptr ? coherence->data() : nullptr, points);
+}
+
+/// Puts Phi at those points in the places of a batch, divided by its mean. It is 1 elsewhere.
+void scatter(const CompactedPoints& points, std::size_t size, const BatchArray& mean,
+            BatchArray& values) {
+  BatchArray compacted;
+  std::copy_n(values.data(), points.size, compacted.data());
+  if (points.size < size) std::fill_n(values.data(), padded(size), 1.0f);
+  for (std::size_t i = 0; i < points.size; ++i) {
+    const auto at = static_cast<std::size_t>(points.index[i]);
+    values[at] = 1 + points.fade[i] * (compacted[i] / mean[at] - 1);
+  }
+}
+
 }  // namespace
 
 void Galaxy::fill_batch(const Points& points, bool wants_shear, SampleBatch& batch) const {
@@ -253,37 +283,16 @@ void Galaxy::phi(std::size_t c, const SampleBatch& batch, const BatchArray& need
                  const BatchArray& mean, const BatchArray* footprints, const BatchArray* coherence,
                  std::span<const double> deviations, std::span<BatchArray> out,
                  EvaluationCounts& counts) const {
-  const Component& component = *components_[c];
-  const Texture& texture = *component.texture();
   CompactedPoints points;
-  const float* heights = batch.z.data();
-  BatchArray above;
-  if (component.is_warped()) {
-    component.lift(batch, above.data());
-    for (std::size_t i = 0; i < padded(batch.size); ++i) above[i] = batch.z[i] - above[i];
-    heights = above.data();
-  }
-  HWY_DYNAMIC_DISPATCH(Compact)
-  (batch, heights, need.data(), threshold, static_cast<float>(texture.twirl()), needs_winding_,
-   footprints != nullptr ? footprints->data() : nullptr,
-   static_cast<float>(component.footprint_scale()),
-   coherence != nullptr ? coherence->data() : nullptr, points);
+  compact(*components_[c], batch, need, threshold, needs_winding_, footprints, coherence, points);
   const Clock clock;
   if (points.size > 0) {
-    texture.evaluate({points.x, points.y, points.z, points.size},
-                     footprints != nullptr ? points.footprint : nullptr,
-                     coherence != nullptr ? points.coherence : nullptr, deviations, out,
-                     counts.noise_evaluations);
+    components_[c]->texture()->evaluate({points.x, points.y, points.z, points.size},
+                                        footprints != nullptr ? points.footprint : nullptr,
+                                        coherence != nullptr ? points.coherence : nullptr,
+                                        deviations, out, counts.noise_evaluations);
   }
-  for (BatchArray& values : out) {
-    BatchArray compacted;
-    std::copy_n(values.data(), points.size, compacted.data());
-    if (points.size < batch.size) std::fill_n(values.data(), padded(batch.size), 1.0f);
-    for (std::size_t i = 0; i < points.size; ++i) {
-      const auto at = static_cast<std::size_t>(points.index[i]);
-      values[at] = 1 + points.fade[i] * (compacted[i] / mean[at] - 1);
-    }
-  }
+  for (BatchArray& values : out) scatter(points, batch.size, mean, values);
   counts.noise_seconds += clock.seconds();
 }
 
@@ -312,8 +321,9 @@ class Galaxy::Evaluation {
  public:
   Evaluation(const Galaxy& galaxy, const Points& points, float threshold, const RayBatch* rays,
              std::span<BatchArray> densities, EvaluationCounts& counts);
-  /// Evaluates the noise of followed components, wherever they or a follower matter.
-  void follow();
+  /// Evaluates the noise of followed components, wherever they or a follower matter, and that of
+  /// associations with their stars.
+  void begin();
   /// Turns the envelopes into densities.
   void finish(std::span<const double> deviations);
 
@@ -323,9 +333,14 @@ class Galaxy::Evaluation {
   void spread(BatchArray& values) const {
     if (is_even_) std::fill_n(values.data(), padded(batch_.size), values[0]);
   }
-  /// The noise of a followed component; null for others.
-  const BatchArray* followed_phi(std::size_t c) const;
-  /// Evaluates the noise of a component that nothing follows, for each of its variants.
+  /// Evaluates the noise of associations together with that of stars in their clumps.
+  void evaluate_clumps(std::size_t c, std::size_t stars);
+  /// The noise that begin() has evaluated; null for other components.
+  BatchArray* early_phi(std::size_t c) const {
+    const int place = galaxy_.early_[c];
+    return place >= 0 ? &early_phi_[static_cast<std::size_t>(place)] : nullptr;
+  }
+  /// Evaluates the noise of another component, for each of its variants.
   void evaluate_noise(std::size_t c, std::span<const double> deviations,
                       std::span<BatchArray> variants);
 
@@ -340,7 +355,7 @@ class Galaxy::Evaluation {
   bool is_even_;
   std::size_t places_;  ///< number of places at which tables are looked up
   BatchArray log_footprints_;
-  std::unique_ptr<BatchArray[]> means_, followed_phi_;
+  std::unique_ptr<BatchArray[]> means_, early_phi_;
 };
 
 Galaxy::Evaluation::Evaluation(const Galaxy& galaxy, const Points& points, float threshold,
@@ -355,7 +370,13 @@ Galaxy::Evaluation::Evaluation(const Galaxy& galaxy, const Points& points, float
       counts_(counts) {
   galaxy.fill_batch(points, footprints_ != nullptr, batch_);
   for (std::size_t c = 0; c < count_; ++c) {
+    if (galaxy.clump_leader_[c] >= 0) continue;
     galaxy.components_[c]->envelope(batch_, densities[c].data());
+  }
+  for (std::size_t c = 0; c < count_; ++c) {
+    if (galaxy.clump_leader_[c] < 0) continue;
+    const auto leader = static_cast<std::size_t>(galaxy.clump_leader_[c]);
+    std::copy_n(densities[leader].data(), padded(batch_.size), densities[c].data());
   }
   is_even_ = rays == nullptr || (is_constant(rays->footprint.data(), batch_.size) &&
                                  is_constant(rays->obliquity.data(), batch_.size));
@@ -370,12 +391,15 @@ Galaxy::Evaluation::Evaluation(const Galaxy& galaxy, const Points& points, float
   for (std::size_t c = 0; c < count_; ++c) spread(means_[c]);
 }
 
-void Galaxy::Evaluation::follow() {
-  const std::vector<std::size_t>& followed = galaxy_.followed_components_;
-  followed_phi_ = std::make_unique_for_overwrite<BatchArray[]>(followed.size());
+void Galaxy::Evaluation::begin() {
+  early_phi_ = std::make_unique_for_overwrite<BatchArray[]>(galaxy_.early_count_);
   BatchArray need;
-  for (std::size_t k = 0; k < followed.size(); ++k) {
-    const std::size_t c = followed[k];
+  for (std::size_t c = 0; c < count_; ++c) {
+    if (galaxy_.early_[c] < 0 || galaxy_.clump_leader_[c] >= 0) continue;
+    if (galaxy_.clump_stars_[c] >= 0) {
+      evaluate_clumps(c, static_cast<std::size_t>(galaxy_.clump_stars_[c]));
+      continue;
+    }
     std::memcpy(need.data(), densities_[c].data(), padded(batch_.size) * sizeof(float));
     // The smallest limit of all components that need the noise counts.
     double scale = galaxy_.components_[c]->threshold_scale();
@@ -385,16 +409,27 @@ void Galaxy::Evaluation::follow() {
       scale = std::min(scale, galaxy_.components_[f]->threshold_scale());
     }
     galaxy_.phi(c, batch_, need, threshold_ * static_cast<float>(scale), means_[c], footprints_,
-                nullptr, {}, std::span(&followed_phi_[k], 1), counts_);
+                nullptr, {}, std::span(early_phi(c), 1), counts_);
   }
 }
 
-const BatchArray* Galaxy::Evaluation::followed_phi(std::size_t c) const {
-  const std::vector<std::size_t>& followed = galaxy_.followed_components_;
-  const auto place = std::ranges::find(followed, c);
-  return place != followed.end()
-             ? &followed_phi_[static_cast<std::size_t>(place - followed.begin())]
-             : nullptr;
+void Galaxy::Evaluation::evaluate_clumps(std::size_t c, std::size_t stars) {
+  const Component &leader = *galaxy_.components_[c], &follower = *galaxy_.components_[stars];
+  const double scale = std::min(leader.threshold_scale(), follower.threshold_scale());
+  CompactedPoints points;
+  compact(leader, batch_, densities_[c], threshold_ * static_cast<float>(scale),
+          galaxy_.needs_winding_, footprints_, nullptr, points);
+  const Clock clock;
+  BatchArray &whole = *early_phi(c), &of_stars = *early_phi(stars);
+  if (points.size > 0) {
+    leader.texture()->evaluate_with(*follower.texture(),
+                                    {points.x, points.y, points.z, points.size},
+                                    footprints_ != nullptr ? points.footprint : nullptr, whole,
+                                    of_stars, counts_.noise_evaluations);
+  }
+  scatter(points, batch_.size, means_[c], whole);
+  scatter(points, batch_.size, means_[stars], of_stars);
+  counts_.noise_seconds += clock.seconds();
 }
 
 void Galaxy::Evaluation::evaluate_noise(std::size_t c, std::span<const double> deviations,
@@ -424,14 +459,14 @@ void Galaxy::Evaluation::finish(std::span<const double> deviations) {
   for (std::size_t c = 0; c < count_; ++c) {
     const Component& component = *galaxy_.components_[c];
     const std::size_t variants = component.absorbs() ? most_variants : 1;
-    const BatchArray* known = followed_phi(c);
+    const BatchArray* known = early_phi(c);
     const bool is_textured = component.texture() != nullptr;
     if (is_textured && known == nullptr) {
       evaluate_noise(c, deviations, std::span(own.get(), variants));
     }
     const int leader = galaxy_.followed_[c];
     const BatchArray* followed =
-        leader >= 0 ? followed_phi(static_cast<std::size_t>(leader)) : nullptr;
+        leader >= 0 ? early_phi(static_cast<std::size_t>(leader)) : nullptr;
     // The first variant comes last, since it takes the envelope's place.
     for (std::size_t k = variants; k-- > 0;) {
       const BatchArray* phi = !is_textured ? nullptr : known != nullptr ? known : &own[k];
@@ -453,7 +488,7 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
   const Clock clock;
   const double earlier_noise = counts.noise_seconds;
   Evaluation evaluation(*this, points, threshold, rays, densities, counts);
-  evaluation.follow();
+  evaluation.begin();
   evaluation.finish(deviations);
   counts.envelope_seconds += clock.seconds() - (counts.noise_seconds - earlier_noise);
 }

@@ -87,6 +87,42 @@ TEST(StarClumps, NumbersFollowTheDensity) {
   }
 }
 
+// Stars with the layer of their associations are evaluated with these. A slight shift of the arms
+// makes the galaxy evaluate both alone.
+TEST(StarClumps, AreEvaluatedWithTheirAssociations) {
+  for (const std::string& clumps : clump_kinds) {
+    const auto together = parse_galaxy(clumped_text(clumps));
+    const auto alone = parse_galaxy(clumped_text(clumps, "shift = 1e-6\n"));
+    EXPECT_TRUE(field_of(*together, 1).shares_layer());
+    EXPECT_FALSE(field_of(*alone, 1).shares_layer());
+    std::uint64_t count = 0;
+    const auto between = [&](double low, double high) {
+      return static_cast<float>(std::lerp(low, high, to_unit(mix64(++count * golden_gamma))));
+    };
+    BatchArray x{}, y{}, z{};
+    RayBatch rays{};
+    for (std::size_t i = 0; i < batch_capacity; ++i) {
+      x[i] = between(-0.6, 0.6);
+      y[i] = between(-0.6, 0.6);
+      z[i] = between(-0.05, 0.05);
+      // Every third ray hides nothing.
+      rays.footprint[i] = i % 3 == 0 ? 1e-6f : between(0.001, 0.1);
+    }
+    const Points points{x.data(), y.data(), z.data(), batch_capacity};
+    std::vector<BatchArray> expected(2), found(2);
+    EvaluationCounts of_alone, of_together;
+    alone->evaluate(points, 1e-3f, &rays, {}, expected, of_alone);
+    together->evaluate(points, 1e-3f, &rays, {}, found, of_together);
+    EXPECT_LT(of_together.noise_evaluations, of_alone.noise_evaluations) << clumps;
+    for (std::size_t c = 0; c < 2; ++c) {
+      const float most = range_of(expected[c].data(), batch_capacity).most;
+      for (std::size_t i = 0; i < batch_capacity; ++i) {
+        EXPECT_NEAR(found[c][i], expected[c][i], 1e-5f * most) << clumps << c;
+      }
+    }
+  }
+}
+
 // Few stars are lost where the light of wisps exceeds the bound of their clump.
 TEST(StarClumps, BoundsLoseFewStars) {
   const auto galaxy = parse_galaxy(clumped_text(

@@ -132,6 +132,8 @@ class Galaxy {
   static void look_up(const DustClosure::ByObliquity& tables, std::size_t size,
                       const BatchArray& log_footprints, const BatchArray& obliquity,
                       BatchArray& out);
+  /// Decides which components follow which, and which are evaluated before others or together.
+  void order_evaluation();
   /// Fills out.size() arrays, one for each deviation, with Phi of component c divided by its mean.
   /// Values are 1 where Phi is not needed.
   void phi(std::size_t c, const SampleBatch& batch, const BatchArray& need, float threshold,
@@ -155,7 +157,13 @@ class Galaxy {
   std::vector<double> luminosities_;  ///< of the components before some were hidden, or empty
   /// Index of the component whose noise also modulates component c, or -1.
   std::vector<int> followed_;
-  std::vector<std::size_t> followed_components_;
+  /// Index of the associations whose layer and clumps component c, a star field, shares, or -1.
+  std::vector<int> clump_leader_;
+  /// Index of the star field that is evaluated together with component c, its clump_leader_, or -1.
+  std::vector<int> clump_stars_;
+  /// Place of component c among those whose noise is evaluated before that of others, or -1.
+  std::vector<int> early_;
+  std::size_t early_count_ = 0;
   GalaxyCalibration calibration_;
   std::shared_ptr<Galaxy> reference_;
   bool is_reference_ = false;

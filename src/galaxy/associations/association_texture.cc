@@ -351,7 +351,8 @@ double AssociationTexture::refinement(double footprint) const {
 }
 
 void AssociationTexture::look(const Points& points, std::span<const float* const> footprints,
-                              std::span<float* const> out, std::uint64_t& evaluations) const {
+                              std::span<float* const> out, std::span<float* const> of_clumps,
+                              std::uint64_t& evaluations) const {
   OctaveArrays noise, products;
   fill_octaves(points, noise);
   BatchArray sum;
@@ -363,7 +364,39 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
       add_clumps(points, tiers_[l], *density_, products[before_[l]].data(), footprints[v],
                  sum.data());
     }
-    fill_light(points.size, sum.data(), products[octaves_.size()].data(), out[v]);
+    const float* const product = products[octaves_.size()].data();
+    fill_light(points.size, sum.data(), product, out[v]);
+    if (of_clumps.empty()) continue;
+    const auto share = static_cast<float>(1 - parameters_.diffuse);
+    for (std::size_t i = 0; i < padded(points.size); ++i) sum[i] /= share;
+    fill_light(points.size, sum.data(), product, of_clumps[v]);
+  }
+}
+
+void AssociationTexture::evaluate_with(const Texture& part, const Points& points,
+                                       const float* footprints, BatchArray& whole,
+                                       BatchArray& of_part, std::uint64_t& evaluations) const {
+  const std::array<float, 2> scales = {
+      static_cast<float>(scale()),
+      static_cast<float>(static_cast<const AssociationTexture&>(part).scale())};
+  const std::array<float*, 2> out = {whole.data(), of_part.data()};
+  const auto look_with = [&](const float* widths, const std::array<float*, 2>& to) {
+    look(points, std::span(&widths, 1), std::span(to.data(), 1), std::span(to.data() + 1, 1),
+         evaluations);
+    for (std::size_t k = 0; k < to.size(); ++k) {
+      for (std::size_t i = 0; i < points.size; ++i) to[k][i] *= scales[k];
+    }
+  };
+  const auto [least, most] =
+      footprints != nullptr ? range_of(footprints, points.size) : Range{0, 0};
+  if (!hides(double{most})) return look_with(nullptr, out);
+  look_with(footprints, out);
+  if (hides(double{least})) return;
+  std::array<BatchArray, 2> resolved;
+  look_with(nullptr, {resolved[0].data(), resolved[1].data()});
+  for (std::size_t i = 0; i < points.size; ++i) {
+    if (hides(double{footprints[i]})) continue;
+    for (std::size_t k = 0; k < out.size(); ++k) out[k][i] = resolved[k][i];
   }
 }
 
@@ -387,7 +420,7 @@ void AssociationTexture::evaluate_whole(const Points& points, BatchArray& out,
   const float* const none = nullptr;
   BatchArray light;
   float* const to = light.data();
-  look(points, std::span(&none, 1), std::span(&to, 1), evaluations);
+  look(points, std::span(&none, 1), std::span(&to, 1), {}, evaluations);
   for (std::size_t i = 0; i < points.size; ++i) out[i] = light[i] * static_cast<float>(scale());
 }
 
@@ -396,7 +429,7 @@ void AssociationTexture::see(const Points& points, std::span<const float* const>
                              std::uint64_t& evaluations) const {
   std::vector<float*> sums;
   for (SeenNoise& seen : out) sums.push_back(seen.sum.data());
-  look(points, footprints, sums, evaluations);
+  look(points, footprints, sums, {}, evaluations);
 }
 
 void AssociationTexture::expect(std::size_t size, const SeenNoise& seen, const float* /*coherence*/,

@@ -73,6 +73,11 @@ class AssociationTexture : public ScaledTexture {
   /// The texture of the clumps alone: that of `whole` without the light outside clumps.
   static std::unique_ptr<AssociationTexture> of_clumps(const AssociationTexture& whole);
 
+  /// `part` is the texture of the clumps alone, of_clumps(*this).
+  void evaluate_with(const Texture& part, const Points& points, const float* footprints,
+                     BatchArray& whole, BatchArray& of_part,
+                     std::uint64_t& evaluations) const override;
+
   bool hides(double footprint) const override;
   double frequency() const override;
   double refinement(double footprint) const override;
@@ -105,9 +110,11 @@ class AssociationTexture : public ScaledTexture {
   /// Gives the lattices of all tiers the places that follow from the seed.
   void place_lattices();
   void add_octaves();
-  /// Phi/scale() for each of the footprints, which may be null.
+  /// Phi/scale() for each of the footprints, which may be null. `of_clumps` is empty, or takes that
+  /// of the clumps alone.
   void look(const Points& points, std::span<const float* const> footprints,
-            std::span<float* const> out, std::uint64_t& evaluations) const;
+            std::span<float* const> out, std::span<float* const> of_clumps,
+            std::uint64_t& evaluations) const;
 
   AssociationParameters parameters_;
   /// The density, of integral 1; galaxies of one type share it.

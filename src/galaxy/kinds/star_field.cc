@@ -45,6 +45,7 @@ bool StarField::gather_in_clumps(const Component& associations) {
   }
   texture_ = AssociationTexture::of_clumps(*whole);
   is_in_clumps_ = true;
+  shares_layer_ = static_cast<const Layer&>(associations).shape() == shape();
   return true;
 }
 

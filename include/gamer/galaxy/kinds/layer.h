@@ -25,6 +25,7 @@ struct LayerShape {
   double lopsided_angle = 0;
   LayerWarp warp = {};
 
+  bool operator==(const LayerShape&) const = default;
   /// h(r)/z0.
   double flare_at(double r) const { return flare == 0 ? 1 : std::exp(flare * r); }
   /// Whether the envelope, arms apart, is round and has the same height everywhere.

@@ -17,6 +17,8 @@ struct LayerWarp {
   double angle = 0;  ///< azimuth of the line of nodes, beside which l grows with the azimuth
   double twist = 0;  ///< per galaxy radius
 
+  bool operator==(const LayerWarp&) const = default;
+
   bool is_flat() const { return height == 0; }
   /// l at a place of the plane.
   double lift(double x, double y) const;

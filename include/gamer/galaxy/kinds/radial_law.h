@@ -20,6 +20,7 @@ struct RadialShape {
   double axis_ratio = 1;  ///< q
   double position_angle = 0;
 
+  bool operator==(const RadialShape&) const = default;
   bool is_round() const { return axis_ratio == 1; }
   bool is_ring() const { return ring_radius > 0; }
   bool is_broken() const { return break_radius > 0 && !is_ring(); }

@@ -41,6 +41,8 @@ class StarField : public Layer {
   bool has_texture_mean() const override { return is_in_clumps_; }
   std::vector<double> texture_means(std::span<const double> widths, double error,
                                     std::size_t most_points) const override;
+  /// Whether the stars lie in the clumps of associations whose layer equals this one.
+  bool shares_layer() const { return shares_layer_; }
   /// The clumps in which all stars lie, or null. They are made on the first call.
   const StarClumps* clumps() const;
 
@@ -137,6 +139,7 @@ class StarField : public Layer {
   StarColours colours_;
   double envelope_integral_;
   bool is_in_clumps_ = false;
+  bool shares_layer_ = false;
   mutable std::once_flag has_clumps_;
   mutable std::unique_ptr<const StarClumps> clumps_;
 };
