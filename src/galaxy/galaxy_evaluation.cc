@@ -212,7 +212,7 @@ void compact(const Component& component, const SampleBatch& batch, const BatchAr
 
 /// Puts Phi at those points in the places of a batch, divided by its mean. It is 1 elsewhere.
 void scatter(const CompactedPoints& points, std::size_t size, const BatchArray& mean,
-            BatchArray& values) {
+             BatchArray& values) {
   BatchArray compacted;
   std::copy_n(values.data(), points.size, compacted.data());
   if (points.size < size) std::fill_n(values.data(), padded(size), 1.0f);
