@@ -16,7 +16,7 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 TOOLS = pathlib.Path(os.environ.get("GAMER_BIN", ROOT / "build/release")).resolve()
 WORK = ROOT / "build/figures"
-STYLE = ("--brightness", 1.2, "--contrast", 3, "--saturation", 1.2)  # of gamer look
+STYLE = ("--brightness", 1.2, "--contrast", 3, "--saturation", 1.2)  # of gamer look, without its seeing
 PIXELS = 150  # of a galaxy's part of the image, on each side
 ROOM = 2.0    # of a galaxy's part, galaxy radii
 

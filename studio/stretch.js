@@ -11,8 +11,9 @@ const balance = 0.5;
 const whiteQuantile = 0.9999;
 const referenceLight = 0.8;
 const referenceLevel = 0.28;
-const fifth = 0.2;
-const fifthLevel = 0.54;  // the highest level at the edge of the brightest fifth
+const middleShare = 0.2;
+const middleLevel = 0.54;  // the highest level at the edge of the middle
+const leastMiddle = 10;
 const groupSigmas = 30;
 const mostGrouped = 4096;
 const knee = 0.7;  // of pictures with contrast
@@ -295,8 +296,11 @@ function chooseStretch(samples, threshold) {
   const sorted = lit.slice(0, count).sort();
   const white = quantileOfWhite(sorted);
   const bright = countAtLight(sorted, referenceLight);
-  const slope = Math.min(solveSlope(sorted[count - bright], referenceLevel, white),
-                         solveSlope(sorted[count - 1 - Math.trunc(fifth * bright)], fifthLevel, white));
+  let slope = solveSlope(sorted[count - bright], referenceLevel, white);
+  const middle = middleShare * bright;
+  if (middle > leastMiddle * (1 - whiteQuantile) * count) {
+    slope = Math.min(slope, solveSlope(sorted[count - 1 - Math.trunc(middle)], middleLevel, white));
+  }
   // The largest channel must fit, not the mean: otherwise a red core would be a flat disc.
   for (let i = 0; i < count; ++i) largest[i] *= Math.asinh(slope * lit[i]);
   return {slope, scale: 1 / quantileOfWhite(largest.subarray(0, count).sort())};

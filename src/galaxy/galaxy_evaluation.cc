@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "core/math-inl.h"
+#include "galaxy/associations/association_texture.h"
 #include "galaxy/kinds/taper-inl.h"
 #include "gamer/core/clock.h"
 
@@ -210,7 +211,8 @@ void compact(const Component& component, const SampleBatch& batch, const BatchAr
    coherence != nullptr ? coherence->data() : nullptr, points);
 }
 
-/// Puts Phi at those points in the places of a batch, divided by its mean. It is 1 elsewhere.
+/// Turns the values at compacted points into Phi divided by its mean, for all points of a batch.
+/// Points that were left out get 1.
 void scatter(const CompactedPoints& points, std::size_t size, const BatchArray& mean,
              BatchArray& values) {
   BatchArray compacted;
@@ -422,10 +424,11 @@ void Galaxy::Evaluation::evaluate_clumps(std::size_t c, std::size_t stars) {
   const Clock clock;
   BatchArray &whole = *early_phi(c), &of_stars = *early_phi(stars);
   if (points.size > 0) {
-    leader.texture()->evaluate_with(*follower.texture(),
-                                    {points.x, points.y, points.z, points.size},
-                                    footprints_ != nullptr ? points.footprint : nullptr, whole,
-                                    of_stars, counts_.noise_evaluations);
+    const auto& clumps = static_cast<const AssociationTexture&>(*follower.texture());
+    static_cast<const AssociationTexture&>(*leader.texture())
+        .evaluate_with(clumps, {points.x, points.y, points.z, points.size},
+                       footprints_ != nullptr ? points.footprint : nullptr, whole, of_stars,
+                       counts_.noise_evaluations);
   }
   scatter(points, batch_.size, means_[c], whole);
   scatter(points, batch_.size, means_[stars], of_stars);

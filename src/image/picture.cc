@@ -26,10 +26,12 @@ constexpr double light_sigmas = 3;
 constexpr double balance = 0.5;
 constexpr double white_quantile = 0.9999;
 constexpr double reference_light = 0.8;
-/// The brightest fifth of the pixels that hold this light is at most as bright as `fifth_level` at
-/// its edge. Otherwise the middle of a galaxy without a bulge would be white.
-constexpr double fifth = 0.2;
-constexpr double fifth_level = 0.54;
+/// The brightest fifth of the pixels that hold this light may exceed `middle_level`, no others.
+/// Otherwise the middle of a galaxy without a bulge would be white.
+constexpr double middle_share = 0.2;
+constexpr double middle_level = 0.54;
+/// The middle has at least so many times the pixels that may be beyond white.
+constexpr double least_middle = 10;
 /// Groups of pixels in the balance of green: their sums are this many sigmas above the sky in all
 /// channels, or have the largest number of pixels.
 constexpr double group_sigmas = 30;
@@ -302,10 +304,13 @@ void choose_stretch(const std::vector<std::vector<double>>& channels, double thr
   std::vector<double> sorted = lit;
   std::ranges::sort(sorted, std::greater<>());
   const double white = quantile_of_white(sorted);
-  const std::size_t count = count_at_light(sorted, reference_light);
-  const auto edge = static_cast<std::size_t>(fifth * static_cast<double>(count));
-  tone.slope = std::min(solve_slope(sorted[count - 1], reference_level, white),
-                        solve_slope(sorted[edge], fifth_level, white));
+  const std::size_t bright = count_at_light(sorted, reference_light);
+  tone.slope = solve_slope(sorted[bright - 1], reference_level, white);
+  const double middle = middle_share * static_cast<double>(bright);
+  if (middle > least_middle * (1 - white_quantile) * static_cast<double>(sorted.size())) {
+    const double edge = sorted[static_cast<std::size_t>(middle)];
+    tone.slope = std::min(tone.slope, solve_slope(edge, middle_level, white));
+  }
   // The scale follows the largest channel, not the mean: otherwise a red core would be a flat disc.
   std::vector<double>& largest = peaks;
   for (std::size_t i = 0; i < lit.size(); ++i) largest[i] *= std::asinh(tone.slope * lit[i]);

@@ -32,7 +32,8 @@ contrast = 3
 saturation = 1.2
 )";
 
-// Clusters and diffuse light have one width of a point, as in the sharpest photographs.
+// Stars, clusters and diffuse light are blurred alike, by one pixel, as in the sharpest
+// photographs.
 constexpr const char* style_in_space = "seeing = 1\n";
 
 constexpr const char* style_of_sky = R"(seeing = 1.2
@@ -85,9 +86,11 @@ std::uint64_t seed_of(const Look& look) {
 std::string parameters_text(const Look& look, const std::vector<std::string>& settings) {
   const std::string name = std::filesystem::path(look.galaxy).stem().string() + ".png";
   std::string text = fmt::format(fmt::runtime(picture), toml_string(name));
-  text += look.has_sky ? fmt::format(fmt::runtime(style_of_sky),
-                                     seed_of(look) % PictureStyle::most_grain_seed)
-                       : style_in_space;
+  if (look.has_sky) {
+    text += fmt::format(fmt::runtime(style_of_sky), seed_of(look) % PictureStyle::most_grain_seed);
+  } else if (look.has_seeing) {
+    text += style_in_space;
+  }
   if (!chooses(settings, "spectrum.bands") && !chooses(settings, "spectrum.wavelengths")) {
     text += colours;
   }

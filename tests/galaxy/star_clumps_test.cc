@@ -87,37 +87,58 @@ TEST(StarClumps, NumbersFollowTheDensity) {
   }
 }
 
-// Stars with the layer of their associations are evaluated with these. A slight shift of the arms
-// makes the galaxy evaluate both alone.
-TEST(StarClumps, AreEvaluatedWithTheirAssociations) {
-  for (const std::string& clumps : clump_kinds) {
-    const auto together = parse_galaxy(clumped_text(clumps));
-    const auto alone = parse_galaxy(clumped_text(clumps, "shift = 1e-6\n"));
-    EXPECT_TRUE(field_of(*together, 1).shares_layer());
-    EXPECT_FALSE(field_of(*alone, 1).shares_layer());
+/// Points in the layer, and rays of several footprints. Every third ray hides nothing.
+struct PointsInLayer {
+  BatchArray x{}, y{}, z{};
+  RayBatch rays{};
+  std::size_t size = batch_capacity - 3;
+
+  PointsInLayer() {
     std::uint64_t count = 0;
     const auto between = [&](double low, double high) {
       return static_cast<float>(std::lerp(low, high, to_unit(mix64(++count * golden_gamma))));
     };
-    BatchArray x{}, y{}, z{};
-    RayBatch rays{};
-    for (std::size_t i = 0; i < batch_capacity; ++i) {
+    for (std::size_t i = 0; i < size; ++i) {
       x[i] = between(-0.6, 0.6);
       y[i] = between(-0.6, 0.6);
       z[i] = between(-0.05, 0.05);
-      // Every third ray hides nothing.
       rays.footprint[i] = i % 3 == 0 ? 1e-6f : between(0.001, 0.1);
     }
-    const Points points{x.data(), y.data(), z.data(), batch_capacity};
-    std::vector<BatchArray> expected(2), found(2);
-    EvaluationCounts of_alone, of_together;
-    alone->evaluate(points, 1e-3f, &rays, {}, expected, of_alone);
-    together->evaluate(points, 1e-3f, &rays, {}, found, of_together);
-    EXPECT_LT(of_together.noise_evaluations, of_alone.noise_evaluations) << clumps;
-    for (std::size_t c = 0; c < 2; ++c) {
-      const float most = range_of(expected[c].data(), batch_capacity).most;
-      for (std::size_t i = 0; i < batch_capacity; ++i) {
-        EXPECT_NEAR(found[c][i], expected[c][i], 1e-5f * most) << clumps << c;
+  }
+};
+
+// Stars with the layer of their associations are evaluated with these. A slight shift of the arms
+// makes the galaxy evaluate them alone, as it does with further star fields of these associations.
+TEST(StarClumps, AreEvaluatedWithTheirAssociations) {
+  const PointsInLayer at;
+  const Points points{at.x.data(), at.y.data(), at.z.data(), at.size};
+  for (std::string layer_keys : {layer, layer + "warp_height = 0.1\n"}) {
+    for (const std::string& clumps : clump_kinds) {
+      const auto text = [&](const std::string& more) {
+        std::string whole = clumped_text(clumps, more, layer_keys);
+        const std::size_t last = whole.rfind("[[component]]");
+        std::string second = whole.substr(last);
+        second.replace(second.find("\"f\""), 3, "\"g\"");
+        second.replace(second.find("0.5"), 3, "0.2");
+        whole.replace(whole.find("0.5"), 3, "0.3");
+        return whole + second;
+      };
+      const auto together = parse_galaxy(text(""));
+      const auto alone = parse_galaxy(text("shift = 1e-6\n"));
+      EXPECT_TRUE(field_of(*together, 1).shares_layer());
+      EXPECT_FALSE(field_of(*alone, 1).shares_layer());
+      for (const RayBatch* rays : {&at.rays, static_cast<const RayBatch*>(nullptr)}) {
+        std::vector<BatchArray> expected(3), found(3);
+        EvaluationCounts of_alone, of_together;
+        alone->evaluate(points, 1e-3f, rays, {}, expected, of_alone);
+        together->evaluate(points, 1e-3f, rays, {}, found, of_together);
+        EXPECT_LT(of_together.noise_evaluations, of_alone.noise_evaluations) << clumps;
+        for (std::size_t c = 0; c < 3; ++c) {
+          const float most = range_of(expected[c].data(), at.size).most;
+          for (std::size_t i = 0; i < at.size; ++i) {
+            ASSERT_NEAR(found[c][i], expected[c][i], 1e-5f * most) << clumps << c;
+          }
+        }
       }
     }
   }

@@ -503,22 +503,26 @@ TEST(AutomaticTone, IsThatOfMakePictureWhateverTheThreads) {
   }
 }
 
+/// The tone of a grey image.
+PictureTone grey_tone(const Image& image) {
+  const std::vector<PlanePtr> planes = {memory_plane(image, 0)};
+  return automatic_tone(picture_channels(planes, {}), 1);
+}
+
 TEST(AutomaticTone, FaintestLightOrMiddleDecidesTheSlope) {
-  // A small bulge leaves a faint disk; a disk alone has a wide bright middle.
-  constexpr int size = 200;
+  // A small bulge leaves a faint disk; a disk alone has a wide bright middle. Profiles and slopes
+  // are those of tests/programs/studio/modules.test.mjs.
+  constexpr int size = 64;
   for (const bool is_disk : {false, true}) {
     Image image(size, size, 1);
     for (int y = 0; y < size; ++y) {
       for (int x = 0; x < size; ++x) {
-        const double r = std::hypot(x - 99.5, y - 99.5) / 100;
-        if (r < 0.75) {
-          image.at(x, y) =
-              is_disk ? std::exp(-r / 0.2) : std::exp(-r / 0.03) + 0.05 * std::exp(-r / 0.3);
-        }
+        const double r = std::hypot(x - 31.5, y - 31.5);
+        if (r < 20)
+          image.at(x, y) = is_disk ? std::exp(-r / 4) : std::exp(-r) + 0.05 * std::exp(-r / 6);
       }
     }
-    const std::vector<PlanePtr> planes = {memory_plane(image, 0)};
-    const PictureTone tone = automatic_tone(picture_channels(planes, {}), 1);
+    const PictureTone tone = grey_tone(image);
     std::vector<double> lit(image.plane(0), image.plane(0) + size * size);
     std::erase(lit, 0.0);
     std::ranges::sort(lit, std::greater<>());
@@ -529,7 +533,17 @@ TEST(AutomaticTone, FaintestLightOrMiddleDecidesTheSlope) {
     const double middle = std::asinh(tone.slope * lit[bright / 5]) * tone.scale;
     EXPECT_NEAR(is_disk ? middle : edge, is_disk ? 0.54 : 0.28, 1e-9);
     EXPECT_LT(is_disk ? edge : middle, is_disk ? 0.28 : 0.54);
+    const double slope = is_disk ? 4.8061858853 : 342.7922272;
+    EXPECT_NEAR(tone.slope / slope, 1, 1e-6);
   }
+}
+
+TEST(AutomaticTone, FewBrightPixelsAreNoMiddle) {
+  // The ten brightest of 3000 pixels hold 80 % of the light.
+  Image image(64, 64, 1);
+  for (int i = 0; i < 3000; ++i) image.plane(0)[i] = i < 20 ? 1000.0 / std::max(i, 1) : 0.05;
+  const PictureTone tone = grey_tone(image);
+  EXPECT_NEAR(std::asinh(tone.slope * 1000 / 9) * tone.scale, 0.28, 1e-9);
 }
 
 TEST(AutomaticTone, WhatIsGivenStays) {

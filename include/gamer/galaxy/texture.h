@@ -40,15 +40,6 @@ class Texture {
                 std::span<const double> deviations, std::span<BatchArray> out,
                 std::uint64_t& evaluations) const;
 
-  /// Fills `whole` with Phi, and `of_part` with that of `part`, a texture of a part of its light.
-  /// Values may differ from those of evaluate() by rounding.
-  virtual void evaluate_with(const Texture& part, const Points& points, const float* footprints,
-                             BatchArray& whole, BatchArray& of_part,
-                             std::uint64_t& evaluations) const {
-    evaluate(points, footprints, nullptr, {}, std::span(&whole, 1), evaluations);
-    part.evaluate(points, footprints, nullptr, {}, std::span(&of_part, 1), evaluations);
-  }
-
   /// The first of two steps of evaluate() with footprints. Fills `out` with the octaves that rays
   /// see, for several sets of footprints at one set of points. Octaves shared by the sets are
   /// evaluated once. All points use one algorithm, so that fully resolved points may differ from

@@ -48,11 +48,11 @@ struct Picture {
 ///
 /// *Stretch.* lupton_stretch() is applied with the slope for which F(I_80) = 0.28 F(white). The
 /// pixels brighter than I_80 (in a spiral, those inside the outer disk) hold 80 % of the light. A
-/// fifth of these pixels is brighter than I_f. The slope is smaller where otherwise F(I_f) > 0.54
-/// F(white), so that the middle of a galaxy without a bulge keeps its colours. White is the 99.99 %
-/// quantile of the pixels with light, interpolated between two of them. The stretch is linear where
-/// I_80 > 0.28 white or I_f > 0.54 white. The scale makes the largest channel 1 at its own 99.99 %
-/// quantile, so that the nucleus is not saturated.
+/// fifth of these pixels, the middle, is brighter than I_f. The slope is smaller where otherwise
+/// F(I_f) > 0.54 F(white), so that the middle of a galaxy without a bulge keeps its colours. White
+/// is the 99.99 % quantile of the pixels with light, interpolated between two of them. The stretch
+/// is linear where I_80 > 0.28 white or I_f > 0.54 white. The scale makes the largest channel 1 at
+/// its own 99.99 % quantile, so that the nucleus is not saturated.
 ///
 /// Quantiles use at most 2^20 pixels, evenly spread. `wavelengths` and `zero_points` have one value
 /// per plane or none.

@@ -373,13 +373,12 @@ void AssociationTexture::look(const Points& points, std::span<const float* const
   }
 }
 
-void AssociationTexture::evaluate_with(const Texture& part, const Points& points,
+void AssociationTexture::evaluate_with(const AssociationTexture& clumps, const Points& points,
                                        const float* footprints, BatchArray& whole,
-                                       BatchArray& of_part, std::uint64_t& evaluations) const {
-  const std::array<float, 2> scales = {
-      static_cast<float>(scale()),
-      static_cast<float>(static_cast<const AssociationTexture&>(part).scale())};
-  const std::array<float*, 2> out = {whole.data(), of_part.data()};
+                                       BatchArray& of_clumps, std::uint64_t& evaluations) const {
+  const std::array<float, 2> scales = {static_cast<float>(scale()),
+                                       static_cast<float>(clumps.scale())};
+  const std::array<float*, 2> out = {whole.data(), of_clumps.data()};
   const auto look_with = [&](const float* widths, const std::array<float*, 2>& to) {
     look(points, std::span(&widths, 1), std::span(to.data(), 1), std::span(to.data() + 1, 1),
          evaluations);

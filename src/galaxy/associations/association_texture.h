@@ -73,10 +73,11 @@ class AssociationTexture : public ScaledTexture {
   /// The texture of the clumps alone: that of `whole` without the light outside clumps.
   static std::unique_ptr<AssociationTexture> of_clumps(const AssociationTexture& whole);
 
-  /// `part` is the texture of the clumps alone, of_clumps(*this).
-  void evaluate_with(const Texture& part, const Points& points, const float* footprints,
-                     BatchArray& whole, BatchArray& of_part,
-                     std::uint64_t& evaluations) const override;
+  /// Fills `whole` with Phi, and `of_clumps` with that of `clumps`, which is of_clumps(*this).
+  /// Values may differ from those of evaluate() by rounding.
+  void evaluate_with(const AssociationTexture& clumps, const Points& points,
+                     const float* footprints, BatchArray& whole, BatchArray& of_clumps,
+                     std::uint64_t& evaluations) const;
 
   bool hides(double footprint) const override;
   double frequency() const override;
@@ -110,8 +111,8 @@ class AssociationTexture : public ScaledTexture {
   /// Gives the lattices of all tiers the places that follow from the seed.
   void place_lattices();
   void add_octaves();
-  /// Phi/scale() for each of the footprints, which may be null. `of_clumps` is empty, or takes that
-  /// of the clumps alone.
+  /// Phi/scale() for each of the footprints, which may be null. `of_clumps` is empty, or receives
+  /// that of the texture of_clumps(*this).
   void look(const Points& points, std::span<const float* const> footprints,
             std::span<float* const> out, std::span<float* const> of_clumps,
             std::uint64_t& evaluations) const;

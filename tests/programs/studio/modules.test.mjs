@@ -359,9 +359,10 @@ test('the sky is black, and the white point is the 99.99 % quantile', () => {
 });
 
 test('the faintest light or the middle of a galaxy decides the slope', () => {
+  // Profiles and slopes are those of tests/image/picture_test.cc.
   const side = 64, channel = new Float64Array(side * side);
-  for (const [profile, share, expected] of [[(r) => Math.exp(-r) + 0.05 * Math.exp(-r / 6), 1, 0.28],
-                                            [(r) => Math.exp(-r / 4), 0.2, 0.54]]) {
+  for (const [profile, isDisk, slope] of [[(r) => Math.exp(-r) + 0.05 * Math.exp(-r / 6), false, 342.7922272],
+                                          [(r) => Math.exp(-r / 4), true, 4.8061858853]]) {
     for (let i = 0; i < channel.length; ++i) {
       const r = Math.hypot(i % side - 31.5, Math.floor(i / side) - 31.5);
       channel[i] = r < 20 ? profile(r) : 0;
@@ -372,9 +373,16 @@ test('the faintest light or the middle of a galaxy decides the slope', () => {
     let sum = 0;
     // 80 % of the light is in these pixels.
     const bright = lit.findIndex((value) => (sum += value) >= 0.8 * total) + 1;
-    const reference = lit[share === 1 ? bright - 1 : Math.trunc(share * bright)];
-    near(level('asinh', reference, tone.slope, tone.white), expected, 1e-9);
+    const levels = [bright - 1, Math.trunc(0.2 * bright)].map((i) => level('asinh', lit[i], tone.slope, tone.white));
+    near(levels[isDisk ? 1 : 0], isDisk ? 0.54 : 0.28, 1e-9);
+    assert.ok(levels[isDisk ? 0 : 1] < (isDisk ? 0.28 : 0.54));
+    near(tone.slope, slope, 1e-6 * slope);
   }
+  // The ten brightest of 3000 pixels hold 80 % of the light. They are no middle.
+  channel.fill(0);
+  for (let i = 0; i < 3000; ++i) channel[i] = i < 20 ? 1000 / Math.max(i, 1) : 0.05;
+  const {slope, white} = automaticTone([channel], side);
+  near(level('asinh', 1000 / 9, slope, white), 0.28, 1e-9);
 });
 
 test('channels become light per unit wavelength', () => {

@@ -362,6 +362,8 @@ class Views(unittest.TestCase):
     def test_pixels_are_those_of_the_program(self):
         with Folder() as folder:
             page, document = folder.open()
+            # The page has seeing of its own, and a view of the sphere has none.
+            self.assertNotIn("seeing", document["parameters"])
             settings = ["image.size=[40,30]", "camera.width=1.8"]
             coarse, fine = view(page, 1, document, [[10, 7, 0.05], [40, 30, None]],
                                 settings=settings)
