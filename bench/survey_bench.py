@@ -3,7 +3,7 @@
 
     bench/survey_bench.py [--gamer PROGRAM] [--galaxies N] [--repeat K] [--fine] > survey.md
     bench/survey_bench.py --no-cost --by-angle 5 15 30      # radii in pixels
-    bench/survey_bench.py --no-cost --no-flux --pixels --galaxies 60 --fine
+    bench/survey_bench.py --no-cost --no-flux --pixels --galaxies 20 --fine
 
 The galaxies are the first N rows of scenes/survey_field. They are rendered at tolerance 1e-2 and,
 with --fine, also at 1e-3.

@@ -136,7 +136,7 @@ TEST(StarClumps, AreEvaluatedWithTheirAssociations) {
         for (std::size_t c = 0; c < 3; ++c) {
           const float most = range_of(expected[c].data(), at.size).most;
           for (std::size_t i = 0; i < at.size; ++i) {
-            ASSERT_NEAR(found[c][i], expected[c][i], 1e-5f * most) << clumps << c;
+            ASSERT_NEAR(found[c][i], expected[c][i], 4e-6f * most) << clumps << c;
           }
         }
       }

@@ -117,7 +117,7 @@ class Tells(unittest.TestCase):
             # The galaxy has the magnitude 9.5. Some objects lose light beyond the edges.
             others = scene["apparent_magnitude"][:-1]
             light = 10 ** (-0.4 * 9.5) + sum(10 ** (-0.4 * others))
-            self.assertLess(abs(31.4 - 2.5 * math.log10(flux) + 2.5 * math.log10(light)), 0.0036)
+            self.assertLess(abs(31.4 - 2.5 * math.log10(flux) + 2.5 * math.log10(light)), 0.0035)
             self.assertEqual(list(scene["size_arcsec"][scene["galaxy"] == "elliptical"])[-1], 200)
             for arguments in (["--solo", "bulge1"], ["-s", 'camera.projection="orthographic"']):
                 result = folder.run("look", "elliptical", "--sky", *arguments)
