@@ -283,7 +283,7 @@ FIGURES = [
            "The components of `spiral` alone, as `--solo` shows them, then all of them with dust and without it. Shares are "
            "relative to the galaxy without dust.",
            [Galaxy("spiral", name, f"galaxy.solo={name.replace(' ', '_')}")
-            for name in ("bulge1", "disk", "stars", "star-forming regions")]
+            for name in ("bulge1", "disk", "stars", "star-forming regions", "bright stars", "H II regions")]
            + [Galaxy("spiral", "with dust"), Galaxy("spiral", "without dust", "dust.optical_depth=0")], 3, shares),
     Figure("winding", "Winding of the arms",
            "The law of Ringermacher & Mead: `winding_b` (W_B) and `winding_n` (W_N) of `[arms]`.",

@@ -497,14 +497,15 @@ void Galaxy::evaluate(const Points& points, float threshold, const RayBatch* ray
 }
 
 void Galaxy::evaluate_component(std::size_t c, const Points& points, float threshold,
-                                BatchArray& density, EvaluationCounts& counts) const {
+                                BatchArray& density, EvaluationCounts& counts,
+                                bool divides_light) const {
   const Component& component = *components_[c];
   SampleBatch batch;
   fill_batch(points, false, batch);
   BatchArray envelope, followed;
   component.envelope(batch, envelope.data());
   const auto means = std::make_unique_for_overwrite<BatchArray[]>(components_.size());
-  look_up_means(batch.size, nullptr, true, {means.get(), components_.size()});
+  look_up_means(batch.size, nullptr, divides_light, {means.get(), components_.size()});
   const auto limit = threshold * static_cast<float>(component.threshold_scale());
   const bool follows = followed_[c] >= 0, is_textured = component.texture() != nullptr;
   const auto take_phi = [&](std::size_t of, BatchArray& out) {

@@ -360,15 +360,16 @@ std::map<std::string, std::vector<double>> measured_parts(const std::string& tex
 }
 
 TEST(GalaxyStatistics, PartsOfEqualNamesAreEqualInAllGalaxies) {
-  // Edits, and whether they leave a part as it was.
+  // Edits, and whether they leave a part as it was, or all parts.
   struct Edit {
     std::string before, after;
     bool keeps_some;
+    bool keeps_all = false;
   };
   const std::string veins_end = "octaves = 2\n[[component]]\nclass = \"associations\"";
   const Edit edits[] = {
       {"octaves = 3, comb", "octaves = 2, comb", true},
-      {"effective_radius = 0.1", "effective_radius = 0.2", true},
+      {"effective_radius = 0.1", "effective_radius = 0.2", true, true},
       {"name = \"plain\"", "name = \"plain\"\nrh = 0.3", true},
       {"class = \"dust\"", "class = \"dust\"\nz0 = 0.03", true},
       {"class = \"associations\"", "class = \"associations\"\nnumber = 100", true},
@@ -383,7 +384,7 @@ TEST(GalaxyStatistics, PartsOfEqualNamesAreEqualInAllGalaxies) {
     // Closures over few points do not depend on light.
     if (tolerance < 1e-2) settings.most_cloud_points = std::size_t{1} << 13;
     const auto known = measured_parts(all_parts, settings);
-    for (const auto& [before, after, keeps_some] : edits) {
+    for (const auto& [before, after, keeps_some, keeps_all] : edits) {
       std::string edited = all_parts;
       edited.replace(edited.find(before), before.size(), after);
       std::size_t kept = 0;
@@ -395,9 +396,25 @@ TEST(GalaxyStatistics, PartsOfEqualNamesAreEqualInAllGalaxies) {
         EXPECT_EQ(numbers, found->second) << after << ": " << name;
       }
       EXPECT_EQ(kept > 0, keeps_some) << after;
-      EXPECT_LT(kept, parts.size()) << after;
+      EXPECT_EQ(kept == parts.size(), keeps_all) << after;
     }
   }
+}
+
+TEST(GalaxyStatistics, TheLargestPhiOfStarsDoesNotDependOnTheTolerance) {
+  const std::string text =
+      "[[component]]\nclass = \"starfield\"\nnumber = 1e4\nz0 = 0.02\nrh = 0.2\n"
+      "noise = {octaves = 3, frequency_scale = 9, theta = \"linear\", exponent = 2}\n";
+  const auto measured = [&](double tolerance) {
+    GalaxySettings settings = settings_with(3);
+    settings.accuracy = Accuracy::from_tolerance(tolerance);
+    std::shared_ptr<Galaxy> galaxy = read_galaxy(text, settings);
+    GalaxyStatistics(*galaxy).measure_all();
+    return galaxy;
+  };
+  const auto coarse = measured(1e-1), fine = measured(1e-3);
+  EXPECT_NE(coarse->calibration().means[0].narrowest(), fine->calibration().means[0].narrowest());
+  EXPECT_EQ(coarse->largest_phi(0), fine->largest_phi(0));
 }
 
 TEST(GalaxyStatistics, SeedsShareTheClosureOfTheirReferenceAtCoarseTolerances) {

@@ -72,9 +72,10 @@ class Galaxy {
                 EvaluationCounts& counts) const;
 
   /// Envelope * Phi of component c alone, at no more than batch_capacity points, for rays that
-  /// resolve the whole texture. evaluate() gives `amplitude` times this value.
+  /// resolve the whole texture. evaluate() gives `amplitude` times this value. Without
+  /// `divides_light`, Phi of components that emit is not divided by its mean.
   void evaluate_component(std::size_t c, const Points& points, float threshold, BatchArray& density,
-                          EvaluationCounts& counts) const;
+                          EvaluationCounts& counts, bool divides_light = true) const;
 
   /// Dust-free light at 5500 Angstrom of component c: the integral of its emissivity over the
   /// galaxy, galaxy radii^3. Components that `solo` hides have the luminosity that they would have

@@ -46,7 +46,11 @@ constexpr double mean_ratio = std::numbers::sqrt2;
 // Number of places at which the largest Phi of a star field is searched, and the margin above the
 // largest found. Tests find no light beyond the margin at 200000 places.
 constexpr std::size_t peak_places = std::size_t{1} << 14;
-constexpr double peak_margin = 1.25;
+constexpr double peak_margin = 1.35;
+// The largest Phi is searched before Phi is divided by its mean. It then counts as if the mean were
+// this one, or that times a power of 2. Drawn stars depend on the largest Phi; they hardly change
+// with the error of the mean, thus with the tolerance.
+constexpr double peak_mean = 0.9;
 // Range of these places in scale lengths and heights.
 constexpr double bright_lengths = 4;
 constexpr double bright_heights = 2;
@@ -167,7 +171,9 @@ void GalaxyStatistics::take(Round round, std::size_t part, std::span<const doubl
     case Round::closure: break;
   }
   if (!component.absorbs()) {
-    calibration_.largest_phi[c] = reader.number();
+    const double mean{calibration_.means[c].narrowest()};
+    const double factor = std::exp2(std::ceil(std::log2(peak_mean / mean)));
+    calibration_.largest_phi[c] = peak_margin * factor * reader.number();
     return;
   }
   std::vector<double> coherences = reader.list(), amounts = reader.list();
@@ -516,14 +522,14 @@ double GalaxyStatistics::largest_phi(std::size_t c, const StarField& field) cons
                                 shape.warp.lift(double{x[i]}, double{y[i]}));
     }
     const Points points{x.data(), y.data(), z.data(), batch_capacity};
-    galaxy_.evaluate_component(c, points, 0, density, counts);
+    galaxy_.evaluate_component(c, points, 0, density, counts, false);
     galaxy_.fill_batch(points, false, batch);
     field.envelope(batch, envelope.data());
     for (std::size_t i = 0; i < batch_capacity; ++i) {
       if (envelope[i] > 0) largest = std::max(largest, density[i] / envelope[i]);
     }
   }
-  return peak_margin * double{largest};
+  return double{largest};
 }
 
 }  // namespace gamer

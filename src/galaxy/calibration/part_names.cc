@@ -40,9 +40,8 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
       return text;
     }
     case Round::closure: {
+      if (!component_at(c).absorbs()) return text + " largest";
       text += fmt::format(" closure {}", index);
-      if (!component_at(c).absorbs())
-        return text + fmt::format(" {:a}", component_at(c).amplitude());
       text += light_behind_text(c);
       const std::vector<double> widths = dust_widths(c);
       append_widths(measured(widths), text);

@@ -134,7 +134,7 @@ class GalaxyStatistics {
   std::vector<CloudMoments> measure_slice(const LargerCloud& larger, std::size_t slice) const;
   std::vector<double> footprints_of(const LargerCloud& larger) const;
   void make_tables();
-  /// The largest Phi of component c, which is a star field.
+  /// The largest Phi of component c, a star field, before Phi is divided by its mean.
   double largest_phi(std::size_t c, const StarField& field) const;
 
   /// Whether rays of this footprint hide a part of the texture of component c, or of the component
