@@ -47,9 +47,10 @@ constexpr double mean_ratio = std::numbers::sqrt2;
 // largest found. Tests find no light beyond the margin at 200000 places.
 constexpr std::size_t peak_places = std::size_t{1} << 14;
 constexpr double peak_margin = 1.35;
-// The largest Phi is searched before Phi is divided by its mean. It then counts as if the mean were
-// this one, or that times a power of 2. Drawn stars depend on the largest Phi; they hardly change
-// with the error of the mean, thus with the tolerance.
+// The largest Phi is searched before Phi is divided by its mean. For means from this one to twice
+// this one it counts as it is; other means multiply it by a power of 2. The margin thus is at least
+// 0.9 peak_margin. Drawn stars depend on the largest Phi, and hardly change with the error of the
+// mean, which depends on the tolerance.
 constexpr double peak_mean = 0.9;
 // Range of these places in scale lengths and heights.
 constexpr double bright_lengths = 4;
