@@ -55,9 +55,10 @@ class Texture {
   virtual bool hides(double footprint) const = 0;
   /// Frequency of the sharpest features, cycles per galaxy radius.
   virtual double frequency() const = 0;
-  /// Factor on the number of nodes of a ray of this footprint. It exceeds 1 where features are many
-  /// footprints wide, so that a feature that single rays miss would show as a gap in its image.
-  virtual double refinement(double /*footprint*/) const { return 1; }
+  /// Factor on the number of nodes of a ray of this footprint; `cosine` is that of its angle with
+  /// the galaxy's axis. It exceeds 1 where features are many footprints wide, so that a feature
+  /// that single rays miss would show as a gap in its image, and where rays pass many features.
+  virtual double refinement(double /*footprint*/, double /*cosine*/) const { return 1; }
   /// Approximate ratio of the width of octaves' features to the width of Phi's features.
   virtual double sharpness() const = 0;
   /// sqrt(<(Phi factor)^2>), at least 1.

@@ -32,6 +32,11 @@ constexpr double sharp_frequency = 1.0;
 constexpr double most_refinement = 2.5;
 constexpr double refined_footprints = 4;
 
+// An oblique ray passes more clumps than one across the layer, and misses one more often. The
+// factor on its nodes grows by this number times (1 - cosine)^2, to its largest value.
+constexpr double oblique_growth = 4;
+constexpr double most_oblique = 2;
+
 // Share of the ages over which clumps fade beyond the range of ages.
 constexpr double age_fade = 0.2;
 // Growth of a cavity's depth with the age, relative to its largest depth over the whole range.
@@ -344,10 +349,12 @@ double AssociationTexture::frequency() const {
   return finest;
 }
 
-double AssociationTexture::refinement(double footprint) const {
+double AssociationTexture::refinement(double footprint, double cosine) const {
   const double radius = seen_frequency / double{tiers_.back().frequency};
   if (!(footprint > 0)) return most_refinement;
-  return std::clamp(radius / (refined_footprints * footprint), 1.0, most_refinement);
+  const double rest = 1 - cosine;
+  const double oblique = std::min(1 + oblique_growth * rest * rest, most_oblique);
+  return std::clamp(radius / (refined_footprints * footprint), oblique, most_refinement);
 }
 
 void AssociationTexture::look(const Points& points, std::span<const float* const> footprints,

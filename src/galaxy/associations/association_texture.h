@@ -81,7 +81,7 @@ class AssociationTexture : public ScaledTexture {
 
   bool hides(double footprint) const override;
   double frequency() const override;
-  double refinement(double footprint) const override;
+  double refinement(double footprint, double cosine) const override;
   double sharpness() const override { return 2; }
   void see(const Points& points, std::span<const float* const> footprints, bool wants_coherent,
            std::span<SeenNoise> out, std::uint64_t& evaluations) const override;
