@@ -18,7 +18,7 @@ function(gamer_compile_in_groups name)
                                   COMPILE_OPTIONS "${GAMER_SIMD_OPTIONS}")
     endif()
   endforeach()
-  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${GAMER_UNITY_FILES})
   # GCC takes a file of a group for a header, whose classes should not have members of unnamed namespaces.
   target_compile_options(${name} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>)
 endfunction()

@@ -7,8 +7,8 @@
 # --werror also runs them. It builds in build/ci, with warnings as errors and with the benchmarks, and
 # installs what the site of the documents needs.
 # --sanitize builds and runs the tests of most layers in build/asan, with the sanitizers of addresses and
-# undefined behaviour; that needs a processor with AVX2. It builds the tests of threads in build/tsan,
-# with the sanitizer of threads.
+# undefined behaviour. It builds and runs the tests of threads in build/tsan, with the sanitizer of threads.
+# Both need a processor with AVX2.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
