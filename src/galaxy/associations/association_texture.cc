@@ -34,7 +34,7 @@ constexpr double refined_footprints = 4;
 
 // An oblique ray passes more clumps than one across the layer, and misses one more often. The
 // factor on its nodes grows by this number times (1 - cosine)^2, to its largest value.
-constexpr double oblique_growth = 4;
+constexpr double oblique_growth = 6;
 constexpr double most_oblique = 2;
 
 // Share of the ages over which clumps fade beyond the range of ages.
