@@ -15,7 +15,7 @@ namespace {
 constexpr double deepest = 80;
 // Error of a ray that seeks the optical depth, relative to that of a ray's light. No mean over many
 // rays makes it smaller.
-constexpr double depth_error = 0.1;
+constexpr double depth_error = 0.05;
 // Largest number of pieces of a ray.
 constexpr std::int32_t most_pieces = most_nodes_of_a_ray / piece_intervals;
 // Largest number of halvings of a piece; single precision ends before.
