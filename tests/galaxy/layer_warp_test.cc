@@ -71,7 +71,7 @@ std::shared_ptr<Galaxy> galaxy_of(const ComponentKind& kind, const std::string& 
       "sed = \"flat\"\nnoise = false\narm_width = 0\nrh = 0.04\n[[component]]\nclass = \"" +
       kind.name + "\"\nname = \"own\"\nz0 = 0.02\nrh = 0.04\n" + keys;
   if (kind.traits.emits) text += "sed = \"flat\"\nintensity = 1\n";
-  // Galaxies that are compared have the same clouds, so that few points do.
+  // Compared galaxies have the same clouds, so few points suffice.
   GalaxySettings settings = settings_with(1);
   settings.most_cloud_points = std::size_t{1} << 13;
   auto galaxy = std::const_pointer_cast<Galaxy>(parse_galaxy(text, settings));

@@ -129,18 +129,18 @@ TEST_P(RayToleranceTest, IsKeptFromFaceOnTo89Degrees) {
 }
 
 // With as many nodes as rays across the layer have, single rays at these angles miss most of a
-// bright clump. Their errors are then 8 and 4 times the tolerance.
+// bright clump. The rms errors of all rays are then 8 and 4 times the tolerance.
 TEST(ObliqueRays, MissNoClumps) {
   struct View {
     std::string galaxy;
     double inclination, tolerance;
   };
-  for (const View& of : {View{"clumpy", 88, 1e-2}, View{"ngc1097", 60, 1e-3}}) {
-    const GalaxyRays view(GAMER_TEST_SOURCE_DIR, of.galaxy, of.inclination, 128);
+  for (const View& seen : {View{"clumpy", 88, 1e-2}, View{"ngc1097", 60, 1e-3}}) {
+    const GalaxyRays view(GAMER_TEST_SOURCE_DIR, seen.galaxy, seen.inclination, 128);
     const std::vector<double> exact = view.uniform(1e5);
     RenderCounts counts;
-    EXPECT_LT(view.rms_error(view.adaptive(of.tolerance, counts), exact), of.tolerance)
-        << of.galaxy;
+    EXPECT_LT(view.rms_error(view.adaptive(seen.tolerance, counts), exact), seen.tolerance)
+        << seen.galaxy;
   }
 }
 

@@ -55,9 +55,10 @@ class Texture {
   virtual bool hides(double footprint) const = 0;
   /// Frequency of the sharpest features, cycles per galaxy radius.
   virtual double frequency() const = 0;
-  /// Factor on the number of nodes of a ray of this footprint; `cosine` is that of its angle with
-  /// the galaxy's axis. It exceeds 1 where features are many footprints wide, since a feature that
-  /// single rays miss then shows as a gap in its image. It also does where rays pass many features.
+  /// Factor on the number of nodes of a ray of this footprint; `cosine` is |cos| of its angle
+  /// with the galaxy's axis. The factor exceeds 1 where features are many footprints wide, since a
+  /// feature that single rays miss then shows as a gap. It also exceeds 1 where rays pass many
+  /// features.
   virtual double refinement(double /*footprint*/, double /*cosine*/) const { return 1; }
   /// Approximate ratio of the width of octaves' features to the width of Phi's features.
   virtual double sharpness() const = 0;

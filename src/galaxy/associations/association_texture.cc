@@ -32,8 +32,8 @@ constexpr double sharp_frequency = 1.0;
 constexpr double most_refinement = 2.5;
 constexpr double refined_footprints = 4;
 
-// An oblique ray passes more clumps than one across the layer, and misses one more often. The
-// factor on its nodes grows by this number times (1 - cosine)^2, to its largest value.
+// An oblique ray passes more clumps than a ray along the axis, and misses a clump more often. The
+// factor on its nodes is at least 1 + oblique_growth (1 - cosine)^2, up to most_oblique.
 constexpr double oblique_growth = 6;
 constexpr double most_oblique = 2;
 

@@ -279,7 +279,7 @@ double Layer::texture_rate(const BallRay& ray, double speed) const {
     const double seen = seen_cycles * texture()->sharpness() / footprint_scale();
     frequency = std::min(frequency, seen / ray.footprint);
   }
-  const double cosine = std::abs(ray.direction[2]) / speed;
+  const double cosine = std::abs(ray.direction[2]) / speed;  // without the slope of a warp
   const double finer = texture()->refinement(footprint_scale() * ray.footprint, cosine);
   return nodes_per_period * finer * frequency * speed;
 }
