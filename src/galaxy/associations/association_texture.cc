@@ -108,27 +108,26 @@ double light_at_height(double t, double cavity) {
   return pi * (fourth / 4 - cavity * hole) / (halo_volume - cavity * cavity_volume);
 }
 
-/// sech^2(z/z0) convolved with the vertical profile of a halo of this radius and cavity.
+/// sech^2(z/z0) convolved with the vertical profile of a halo of this radius and cavity, for |z|
+/// below radius + 20 z0.
 double seen_layer(double z, double radius, double cavity, double z0) {
   using Rule = boost::math::quadrature::gauss<double, 20>;
-  if (radius < z0) {
-    return Rule::integrate(
+  constexpr double farthest = 20;  // in units of z0; sech^2 is below 2e-17 beyond
+  const double begin = std::max(-1.0, (-farthest * z0 - z) / radius);
+  const double end = std::min(1.0, (farthest * z0 - z) / radius);
+  // Pieces of at most 2 z0, for which the rule is exact to rounding.
+  const int pieces = static_cast<int>(std::ceil(0.5 * (end - begin) * radius / z0));
+  const double length = (end - begin) / pieces;
+  double sum = 0;
+  for (int k = 0; k < pieces; ++k) {
+    sum += Rule::integrate(
         [&](double t) {
           const double cosh = std::cosh((z + radius * t) / z0);
           return light_at_height(t, cavity) / (cosh * cosh);
         },
-        -1.0, 1.0);
+        begin + k * length, begin + (k + 1) * length);
   }
-  // With v = tanh(z'/z0), sech^2 dz' is z0 dv.
-  constexpr int pieces = 4;
-  double sum = 0;
-  for (int k = 0; k < pieces; ++k) {
-    const double begin = 2.0 * k / pieces - 1, end = 2.0 * (k + 1) / pieces - 1;
-    sum += Rule::integrate(
-        [&](double v) { return light_at_height((z0 * std::atanh(v) - z) / radius, cavity); }, begin,
-        end);
-  }
-  return z0 / radius * sum;
+  return sum;
 }
 
 /// The heights of cores of radius 1 in an infinitely thin layer.

@@ -1202,10 +1202,9 @@ RATIOS = {
 
 # Twice the largest relative error of the test's rays. The error comes from the steps of both
 # programs. In galaxies whose star fields have no SED it also comes from the mean of blackbodies.
-# The largest error of M51 comes with its lanes of dust, at 88 degrees, and stays with finer steps.
 TOLERANCES = {
-    "elliptical": 6e-7, "shader_galaxy": 1e-3, "m51": 6.6e-5, "ngc4594": 5.8e-6,
-    "dusty_barred": 3.2e-5, "ngc4321": 1e-5, "irregular": 1.2e-5, "milky_way": 3.5e-4,
+    "elliptical": 6e-7, "shader_galaxy": 3.4e-4, "m51": 1.8e-5, "ngc4594": 5.8e-6,
+    "dusty_barred": 6.8e-6, "ngc4321": 1e-5, "irregular": 1.2e-5, "milky_way": 2.4e-4,
 }
 
 
