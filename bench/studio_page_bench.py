@@ -32,10 +32,18 @@ FUNCTIONS = """
   const {stage, preview, picture, ui, doc, components} = studio, gl = picture.gl, canvas = picture.canvas;
   const pixel = new Uint8Array(4);
   const finish = () => gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
-  let drawn = null;
-  stage.ondraw(() => { finish(); drawn?.(); });
+  let drawn = null, last = {};
+  stage.ondraw(() => {
+    finish();
+    last = {frame: picture.frame, at: performance.now()};
+    drawn?.();
+  });
   const untilDrawn = () => new Promise((resolve) => { drawn = () => { drawn = null; resolve(performance.now()); }; });
   const untilFrame = () => new Promise((resolve) => preview.addEventListener('frame', resolve, {once: true}));
+  const untilFrameDrawn = async () => {
+    await untilFrame();
+    return last.frame === picture.frame ? last.at : untilDrawn();
+  };
   const later = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
   const isFinal = () => preview.isFinal && preview.asked.size === 0;
   const final = async () => { while (!isFinal()) await later(20); };
@@ -82,10 +90,9 @@ FUNCTIONS = """
     async orbit(i) {
       const [x, y] = middle();
       pointer('pointerdown', x, y);
-      const begin = performance.now(), frame = untilFrame();
+      const begin = performance.now(), frame = untilFrameDrawn();
       pointer('pointermove', x + 5 + i, y + 2);
-      await frame;
-      const end = await untilDrawn();
+      const end = await frame;
       pointer('pointerup', x + 5 + i, y + 2);
       return end - begin;
     },
@@ -108,10 +115,9 @@ FUNCTIONS = """
     async parameter(i) {
       const disk = components.components.findIndex((one) => one.name === ARMS);
       const edits = [{set: [disk, 'noise.amplitude', 0.5 + 0.01 * i]}];
-      const begin = performance.now(), frame = untilFrame();
+      const begin = performance.now(), frame = untilFrameDrawn();
       doc.preview(edits);
-      await frame;
-      const end = await untilDrawn();
+      const end = await frame;
       await doc.edit(edits, 'noise', 'noise');
       return end - begin;
     },

@@ -1,6 +1,6 @@
 // The picture: float planes in a WebGL2 canvas. Planes are summed to three channels with a weight
 // for each plane and channel, then stretched. No change of weights or stretch needs the server. The
-// canvas has the pixels of the picture, and the browser scales them to their place in the page.
+// canvas has the pixels of the finest picture, and the browser scales them to their place in the page.
 
 import {automaticTone, steepnessOf, withContrast} from './stretch.js';
 import * as shaders from './shaders.js';
@@ -95,10 +95,11 @@ export class Picture {
     return texture;
   }
 
-  /// Takes the planes of a frame (framing.js).
-  setFrame(frame) {
+  /// Takes the planes of a frame (framing.js). A coarse frame is soon replaced by a finer one.
+  setFrame(frame, isCoarse = false) {
     const gl = this.gl, {width, height, planes} = frame.header;
     this.frame = frame;
+    this.isCoarse = isCoarse;
     this.texels = Math.ceil(planes.length / planesPerTexel);
     this.sumsOnGpu = this.onGpu && this.texels <= mostTexels;
     this.forget();
@@ -293,10 +294,18 @@ export class Picture {
   paint(textures, size, tone, look, room = this.room, factors = null) {
     const {canvas} = this;
     const isLarge = room !== null && size[0] * size[1] > mostPixels * room[0] * room[1];
-    const [width, height] = isLarge ? room : size;
-    sizeTo(canvas, width, height);
+    const isKept = !isLarge && room !== null && this.isCoarse && this.fits(size);
+    const drawn = isLarge ? room : isKept ? [canvas.width, canvas.height] : size;
+    sizeTo(canvas, ...drawn);
     canvas.style.imageRendering = look.pixels ? 'pixelated' : 'auto';
-    this.stretch(textures, factors, [width, height], tone, look, isLarge && !look.pixels);
+    this.stretch(textures, factors, drawn, tone, look, (isLarge || isKept) && !look.pixels);
+  }
+
+  /// Whether the canvas shows a picture of this aspect with at least as many pixels. A coarse
+  /// picture is then drawn without a change of the canvas, which takes longer than many pixels.
+  fits([width, height]) {
+    const {canvas} = this;
+    return canvas.width >= width && Math.abs(canvas.width * height - canvas.height * width) <= canvas.width;
   }
 
   /// Makes colours of the channels of one texture, or of two textures with factors, in `size`

@@ -15,7 +15,7 @@ const leastChange = 0.15;  // of the side of moving views, relative
 const levels = [[128, 0.05, 129], [256, 0.02, 1024]];
 
 /// Events: `asked` (a view was asked for), `frame` (a new picture), `strip` (rows of it are new),
-/// `busy` (detail: true or false), `problem` (detail: a text).
+/// `busy` (detail: whether a still view is made), `problem` (detail: a text).
 export class Preview extends EventTarget {
   constructor({connection, doc, ui, picture}) {
     super();
@@ -26,11 +26,18 @@ export class Preview extends EventTarget {
     this.flight = null;        // id of a request of a moving view
     this.making = null;        // {frame, isShown, rows} of the level whose strips come
     this.isPending = false;
+    this.isBusy = false;
     this.isPaused = false;
     this.shares = null;        // edits of shares that a slider shows
     connection.addEventListener('frame', ({detail}) => this.receive(detail));
     connection.addEventListener('message', ({detail}) => this.fail(detail));
     connection.addEventListener('lost', () => this.forget());
+  }
+
+  setBusy(isBusy) {
+    if (isBusy === this.isBusy) return;
+    this.isBusy = isBusy;
+    this.dispatchEvent(new CustomEvent('busy', {detail: isBusy}));
   }
 
   /// Width and height of the real image.
@@ -91,7 +98,7 @@ export class Preview extends EventTarget {
     request.id = id;
     this.flight = moving ? id : null;
     this.isPending = false;
-    this.dispatchEvent(new CustomEvent('busy', {detail: true}));
+    this.setBusy(!moving);
   }
 
   receive(frame) {
@@ -113,7 +120,7 @@ export class Preview extends EventTarget {
     this.shown = request;
     this.isFinal = frame.header.last && !request.moving;
     this.shares = null;
-    if (frame !== this.picture.frame) this.picture.setFrame(frame);
+    if (frame !== this.picture.frame) this.picture.setFrame(frame, request.moving || !frame.header.last);
     this.weigh();
     if (request.moving) this.adapt(frame.header.milliseconds);
     if (frame.header.last) this.finish(request);
@@ -154,7 +161,7 @@ export class Preview extends EventTarget {
     this.asked.delete(request.id);
     this.making = null;
     if (this.flight === request.id) this.flight = null;
-    this.dispatchEvent(new CustomEvent('busy', {detail: false}));
+    this.setBusy(false);
     if (this.isPending) this.ask(true);
   }
 
@@ -170,7 +177,7 @@ export class Preview extends EventTarget {
   cancel() {
     this.connection.send('cancel');
     this.forget();
-    this.dispatchEvent(new CustomEvent('busy', {detail: false}));
+    this.setBusy(false);
   }
 
   /// Shows other shares of light in the shown frame, without a render.

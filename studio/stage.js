@@ -9,7 +9,7 @@ const stripMs = 150, slowStripMs = 600;
 export class Stage {
   constructor({room, canvas, picture, preview, ui}) {
     Object.assign(this, {room, canvas, picture, preview, ui});
-    this.isDirty = false;
+    this.next = null;  // the drawing before the browser's next frame
     new ResizeObserver(() => this.fit()).observe(room);
     preview.addEventListener('frame', () => this.takeFrame());
     preview.addEventListener('strip', () => this.takeFrame());
@@ -44,6 +44,8 @@ export class Stage {
     clearTimeout(this.strips);
     this.strips = null;
     this.take();
+    // A busy browser makes its next frame late. A drawing that is ready by then is seen in it.
+    if (this.preview.shown?.moving) this.drawNow();
   }
 
   /// Takes a new frame or look. While something moves the tone stays as it was, without flicker.
@@ -64,16 +66,15 @@ export class Stage {
   }
 
   /// Draws before the browser's next frame.
-  draw() {
-    if (this.isDirty) return;
-    this.isDirty = true;
-    requestAnimationFrame(() => {
-      this.isDirty = false;
-      if (!this.ui.tone || !this.picture.frame) return;
-      if (this.draft?.isShown) this.draft.draw(this.ui.tone, this.ui.look);
-      else this.picture.draw(this.ui.tone, this.ui.look, this.seeing());
-      for (const listener of this.listeners) listener();
-    });
+  draw() { this.next ??= requestAnimationFrame(() => this.drawNow()); }
+
+  drawNow() {
+    cancelAnimationFrame(this.next);
+    this.next = null;
+    if (!this.ui.tone || !this.picture.frame) return;
+    if (this.draft?.isShown) this.draft.draw(this.ui.tone, this.ui.look);
+    else this.picture.draw(this.ui.tone, this.ui.look, this.seeing());
+    for (const listener of this.listeners) listener();
   }
 
   /// PSF and noise in the pixels of the frame.
