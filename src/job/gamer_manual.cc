@@ -13,7 +13,7 @@
 namespace gamer {
 namespace {
 
-constexpr const char* description =
+constexpr const char* program_description =
     "gamer renders a scene of synthetic galaxies to a FITS image or a picture. A parameter file "
     "says how, and a scene list or a catalogue says what, one galaxy in a row. Under mpirun all "
     "ranks share the rows of the image, which is the same for any number of ranks and threads.\n\n"
@@ -78,7 +78,7 @@ Manual gamer_manual(const CLI::App& app) {
   manual.version = version();
   manual.summary = "render synthetic galaxies";
   manual.synopses = {"[options] render.par scene.lst", "[options] --from-header image"};
-  manual.description = description;
+  manual.description = program_description;
   add_cli_options(app, manual.options, manual.arguments);
   manual.commands_take_options = true;
   for (const CLI::App* command : app.get_subcommands([](const CLI::App*) { return true; })) {

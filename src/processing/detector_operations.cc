@@ -15,7 +15,7 @@
 namespace gamer {
 namespace {
 
-constexpr const char* context = "gutil noise: ";
+constexpr const char* noise_context = "gutil noise: ";
 /// The unit that gamer writes for counts per second; it needs no zero point.
 constexpr const char* electron_rate_unit = "electron/s";
 
@@ -74,8 +74,8 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call), instrum
   output_unit_ = parameters.text("output_unit");
   is_gaussian_ = has("sigma") || has("snr");
   const auto exclude = [](const char* a, const char* b) {
-    throw input_error("{}{} and {} exclude each other; leave one out", context, option_name(a),
-                      option_name(b));
+    throw input_error("{}{} and {} exclude each other; leave one out", noise_context,
+                      option_name(a), option_name(b));
   };
   if (has("sigma") && has("snr")) exclude("sigma", "snr");
   if (has("sky") && has("sky_rate")) exclude("sky", "sky_rate");
@@ -88,7 +88,7 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call), instrum
       if (!parameters.is_given(name)) continue;
       throw input_error(
           "{}{} is of a detector and does not go with {}, plain Gaussian noise; leave one out",
-          context, option_name(name), has("sigma") ? "--sigma" : "--snr");
+          noise_context, option_name(name), has("sigma") ? "--sigma" : "--snr");
     }
     return;
   }
@@ -96,11 +96,11 @@ NoiseOperation::NoiseOperation(const OperationCall& call) : call_(call), instrum
     throw input_error(
         "{}which noise? --exposure (s) or --instrument for a detector, --sigma or --snr for plain "
         "Gaussian noise",
-        context);
+        noise_context);
   }
   for (const char* name : {"gain", "bias"}) {
     if (parameters.is_given(name) && output_unit_ != "ADU") {
-      throw input_error("{}{} is of the converter to ADU; add --output-unit ADU", context,
+      throw input_error("{}{} is of the converter to ADU; add --output-unit ADU", noise_context,
                         option_name(name));
     }
   }
@@ -115,8 +115,9 @@ PlaneNoise NoiseOperation::gaussian(const PlaneTask& task) const {
   const double ratio = value("snr", task);
   const double norm = signal_norm(*task.plane, task.threads);
   if (!(norm > 0 && std::isfinite(norm))) {
-    throw input_error("{}--snr needs light: plane {} of {} has {}; --sigma needs none", context,
-                      task.info.plane + 1, task.label, norm > 0 ? "infinite pixels" : "none");
+    throw input_error("{}--snr needs light: plane {} of {} has {}; --sigma needs none",
+                      noise_context, task.info.plane + 1, task.label,
+                      norm > 0 ? "infinite pixels" : "none");
   }
   noise.sigma = norm / ratio;
   return noise;
@@ -150,7 +151,7 @@ std::optional<double> NoiseOperation::sky(const PlaneTask& task) const {
   if (!instrument_.is_given()) return std::nullopt;
   const std::optional<double> own = instrument_.band(task).sky;
   if (own) return own;
-  throw input_error("{}{} has no sky in {}; give --sky or --sky-rate", context,
+  throw input_error("{}{} has no sky in {}; give --sky or --sky-rate", noise_context,
                     instrument_.get().name, task.info.label);
 }
 
@@ -163,7 +164,7 @@ double area_of(const PlaneTask& task) {
     throw input_error(
         "{}a surface brightness ({}) becomes electrons by the size of pixels: {}; give "
         "--electrons-per-unit",
-        context, task.info.unit, error.what());
+        noise_context, task.info.unit, error.what());
   }
 }
 
@@ -175,7 +176,7 @@ double NoiseOperation::electron_rate(const PlaneTask& task) const {
     throw input_error(
         "{}{} has MAGZERO, so --zero-point and --electrons-per-unit exclude each other; leave one "
         "out",
-        context, task.label);
+        noise_context, task.label);
   }
   if (has_scale) return value("electrons_per_unit", task);
   const std::optional<double> own_zero_point = zero_point(task);
@@ -183,14 +184,15 @@ double NoiseOperation::electron_rate(const PlaneTask& task) const {
     if (task.info.unit == electron_rate_unit) return 1;
     throw input_error(
         "{}how many electrons is light? Give --zero-point (AB magnitude of 1 electron/s){}",
-        context,
+        noise_context,
         image_zero_point
             ? ""
             : fmt::format(" or, as {} has no MAGZERO, --electrons-per-unit", task.label));
   }
   if (!image_zero_point) {
-    throw input_error("{}{} needs MAGZERO, and {} has none; give --electrons-per-unit", context,
-                      has("zero_point") ? "--zero-point" : "--instrument", task.label);
+    throw input_error("{}{} needs MAGZERO, and {} has none; give --electrons-per-unit",
+                      noise_context, has("zero_point") ? "--zero-point" : "--instrument",
+                      task.label);
   }
   return area_of(task) * flux_ratio(*image_zero_point - *own_zero_point);
 }
@@ -208,13 +210,13 @@ double NoiseOperation::sky_rate(const PlaneTask& task, double rate) const {
     throw input_error(
         "{}--sky needs --zero-point (AB magnitude of 1 electron/s), as {} has no MAGZERO; or give "
         "--sky-rate",
-        context, task.label);
+        noise_context, task.label);
   }
   try {
     const double scale = pixel_scale(task.header, task.label);
     return scale * scale * flux_ratio(*brightness - *rate_zero_point);
   } catch (const InputError& error) {
-    throw input_error("{}--sky needs the size of pixels: {}; give --sky-rate", context,
+    throw input_error("{}--sky needs the size of pixels: {}; give --sky-rate", noise_context,
                       error.what());
   }
 }
@@ -236,7 +238,7 @@ PlaneNoise NoiseOperation::ccd(const PlaneTask& task) const {
     throw input_error(
         "{}a pixel of value 1 of {} would be {:.6g} electrons, and the sky {:.6g}; check the zero "
         "points, --sky and --exposure",
-        context, task.label, electrons, background_counts);
+        noise_context, task.label, electrons, background_counts);
   }
   if (output_unit_ == "same") {
     noise.gain = electrons;

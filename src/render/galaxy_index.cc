@@ -14,7 +14,7 @@ namespace {
 constexpr int most_in_leaf = 8;
 
 // Distance, in pixels, of the rays that sample a region.
-constexpr double spacing = 4.5;
+constexpr double grid_spacing = 4.5;
 
 // Largest ratio of successive steps of a projection without a seam.
 constexpr double smooth_ratio = 2;
@@ -210,7 +210,7 @@ std::optional<GalaxyIndex::Ball> GalaxyIndex::pixels(int left, int right, int bo
 std::optional<GalaxyIndex::Ball> GalaxyIndex::rays(double left, double right, double bottom,
                                                    double top) const {
   const auto grid_of = [&](double step) { return Grid(camera_, left, right, bottom, top, step); };
-  if (const Grid grid = grid_of(spacing); grid.is_smooth()) return grid.ball();
+  if (const Grid grid = grid_of(grid_spacing); grid.is_smooth()) return grid.ball();
   // Centres and corners of the pixels.
   const Grid grid = grid_of(0.5);
   if (grid.empty()) return std::nullopt;
@@ -237,7 +237,7 @@ bool GalaxyIndex::may_meet(int left, int right, int bottom, int top) const {
   // A coarse grid may miss sky within an edge, and seams of projections of the sky.
   if (camera_.has_edge() || camera_.projection() == Projection::sky) return true;
   constexpr double steps = 8;
-  const double step = std::max(spacing, (right - left) / steps);
+  const double step = std::max(grid_spacing, (right - left) / steps);
   const Grid grid(camera_, left - 1.5, right + 0.5, bottom - 1.5, top + 0.5, step);
   return any_of(grid.ball(), [](std::size_t) { return true; });
 }

@@ -7,7 +7,7 @@
 #include "core/each_simd_target.h"
 #include "gamer/core/random.h"
 
-namespace gamer {
+namespace gamer::batch_test {
 namespace {
 
 TEST(Range, OfAnySize) {
@@ -28,4 +28,4 @@ TEST(Range, OfAnySize) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::batch_test

@@ -7,7 +7,7 @@
 
 #include "gamer/core/parallel_for.h"
 
-namespace gamer {
+namespace gamer::cancellation_test {
 namespace {
 
 TEST(Cancellation, HoldsWithinItsScope) {
@@ -48,4 +48,4 @@ TEST(Cancellation, EndsLoopsInAllThreads) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::cancellation_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace gamer {
+namespace gamer::capitals_test {
 namespace {
 
 TEST(Capitals, ChangesLettersOfAsciiAlone) {
@@ -12,4 +12,4 @@ TEST(Capitals, ChangesLettersOfAsciiAlone) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::capitals_test

@@ -7,7 +7,7 @@
 
 #include "core/error_text.h"
 
-namespace gamer {
+namespace gamer::config_test {
 namespace {
 
 std::string parse_error(const std::string& text) {
@@ -195,4 +195,4 @@ TEST(SetFromText, Errors) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::config_test

@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace gamer {
+namespace gamer::denormals_test {
 namespace {
 
 /// Products in the processor's present mode, which are examined in its usual mode.
@@ -40,4 +40,4 @@ TEST(Denormals, AreZeroWhileAskedFor) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::denormals_test

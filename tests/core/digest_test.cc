@@ -5,7 +5,7 @@
 #include <set>
 #include <string>
 
-namespace gamer {
+namespace gamer::digest_test {
 namespace {
 
 // Texts that differ in one character, in length or in order have different digests.
@@ -46,4 +46,4 @@ TEST(Digest, HasTwoIndependentHalves) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::digest_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace gamer {
+namespace gamer::error_test {
 namespace {
 
 TEST(SourceLocation, LeavesOutWhatIsUnknown) {
@@ -17,4 +17,4 @@ TEST(InputError, OpensWithTheLocation) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::error_test

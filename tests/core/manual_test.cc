@@ -8,7 +8,7 @@
 
 #include "core/error_text.h"
 
-namespace gamer {
+namespace gamer::manual_test {
 namespace {
 
 Manual some_manual() {
@@ -116,4 +116,4 @@ TEST(Manual, UnknownFormats) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::manual_test

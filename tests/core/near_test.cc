@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace gamer {
+namespace gamer::near_test {
 namespace {
 
 std::string near_names(std::string_view name, const std::vector<std::string>& known) {
@@ -81,4 +81,4 @@ TEST(InQuotes, EscapesAndCuts) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::near_test

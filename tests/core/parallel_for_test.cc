@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace gamer {
+namespace gamer::parallel_for_test {
 namespace {
 
 class ParallelFor : public testing::TestWithParam<int> {
@@ -157,4 +157,4 @@ TEST(ParallelFor, OtherThreadsHelpWithinLoops) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::parallel_for_test

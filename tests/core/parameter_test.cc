@@ -8,7 +8,7 @@
 
 #include "core/error_text.h"
 
-namespace gamer {
+namespace gamer::parameter_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -337,4 +337,4 @@ TEST(Tables, Terminal) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::parameter_test

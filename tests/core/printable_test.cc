@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace gamer {
+namespace gamer::printable_test {
 namespace {
 
 TEST(Printable, TextStaysAsItIs) {
@@ -44,4 +44,4 @@ TEST(JsonString, KeepsUtf8AndEscapesOtherBytes) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::printable_test

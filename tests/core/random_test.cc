@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-namespace gamer {
+namespace gamer::random_test {
 namespace {
 
 using std::numbers::pi;
@@ -137,4 +137,4 @@ TEST(R3Sequence, LowDiscrepancy) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::random_test

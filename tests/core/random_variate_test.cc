@@ -11,7 +11,7 @@
 #include "core/each_simd_target.h"
 #include "gamer/core/random.h"
 
-namespace gamer {
+namespace gamer::random_variate_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -244,4 +244,4 @@ TEST(RandomVariates, DoNotCorrelate) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::random_variate_test

@@ -13,7 +13,7 @@
 #include "core/error_text.h"
 #include "gamer/core/near.h"
 
-namespace gamer {
+namespace gamer::resources_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -229,4 +229,4 @@ TEST(DefaultDataFolders, WorkingDirectoryThenEnvironmentThenData) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::resources_test

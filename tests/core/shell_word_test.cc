@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-namespace gamer {
+namespace gamer::shell_word_test {
 namespace {
 
 TEST(ShellWord, PlainWordsStayAsTheyAre) {
@@ -30,4 +30,4 @@ TEST(ShellWord, AShellReadsTheWord) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::shell_word_test

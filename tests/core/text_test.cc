@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-namespace gamer {
+namespace gamer::text_test {
 namespace {
 
 TEST(TextTest, OnlyAWholeTextIsANumber) {
@@ -48,4 +48,4 @@ TEST(TextTest, NetstringsAreTakenInOrder) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::text_test

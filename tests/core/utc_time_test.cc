@@ -6,7 +6,7 @@
 #include <ctime>
 #include <random>
 
-namespace gamer {
+namespace gamer::utc_time_test {
 namespace {
 
 TEST(UtcTime, KnownMoments) {
@@ -30,4 +30,4 @@ TEST(UtcTime, AgreesWithTheLibrary) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::utc_time_test

@@ -4,7 +4,7 @@
 
 #include <regex>
 
-namespace gamer {
+namespace gamer::version_test {
 namespace {
 
 TEST(Version, ThreeNumbers) {
@@ -12,4 +12,4 @@ TEST(Version, ThreeNumbers) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::version_test

@@ -15,7 +15,7 @@
 #include "gamer/core/random.h"
 #include "gamer/galaxy/kinds/layer.h"
 
-namespace gamer {
+namespace gamer::arm_courses_test {
 namespace {
 
 constexpr double turn = 2 * std::numbers::pi;
@@ -242,4 +242,4 @@ TEST(ArmCourses, Errors) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::arm_courses_test

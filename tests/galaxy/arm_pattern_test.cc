@@ -12,7 +12,7 @@
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/batch.h"
 
-namespace gamer {
+namespace gamer::arm_pattern_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -284,4 +284,4 @@ TEST(ArmPatternTest, ShearIsTheSlopeOfTheWinding) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::arm_pattern_test

@@ -18,7 +18,7 @@
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/random.h"
 
-namespace gamer {
+namespace gamer::association_texture_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -397,4 +397,4 @@ TEST(AssociationTexture, FadesWithTheFootprint) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::association_texture_test

@@ -13,7 +13,7 @@
 #include "galaxy/neighbours.h"
 #include "gamer/galaxy/light_profile.h"
 
-namespace gamer {
+namespace gamer::bar_test {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -188,4 +188,4 @@ TEST(Bar, LightProfileOfANarrowBar) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::bar_test

@@ -21,7 +21,7 @@
 #include "gamer/noise/footprint.h"
 #include "gamer/noise/noise.h"
 
-namespace gamer {
+namespace gamer::batch_test {
 namespace {
 
 /// Hashed numbers.
@@ -282,4 +282,4 @@ INSTANTIATE_TEST_SUITE_P(EveryNoise, Batches, testing::ValuesIn(noise_kinds()),
                          [](const auto& tested) { return std::string(tested.param->name()); });
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::batch_test

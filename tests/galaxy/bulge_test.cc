@@ -10,7 +10,7 @@
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/random.h"
 
-namespace gamer {
+namespace gamer::bulge_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -190,4 +190,4 @@ TEST(Bulge, RadiusOrEffectiveRadius) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::bulge_test

@@ -15,7 +15,7 @@
 #include "gamer/galaxy/calibration/dust_variants.h"
 #include "gamer/galaxy/calibration/footprint_table.h"
 
-namespace gamer {
+namespace gamer::footprint_test {
 namespace {
 
 TEST(FootprintTable, IsOneWhereNothingIsGiven) {
@@ -246,4 +246,4 @@ TEST(EveryDust, LetsAsMuchLightThroughAtEveryFootprint) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::footprint_test

@@ -12,7 +12,7 @@
 #include "galaxy/kinds/bulge.h"
 #include "gamer/galaxy/kinds/layer.h"
 
-namespace gamer {
+namespace gamer::galaxy_file_test {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180;
@@ -403,4 +403,4 @@ TEST(GalaxyFile, NamesThatDifferAreKept) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::galaxy_file_test

@@ -17,7 +17,7 @@
 #include "gamer/galaxy/calibration/dust_variants.h"
 #include "gamer/galaxy/kinds/star_field.h"
 
-namespace gamer {
+namespace gamer::galaxy_statistics_test {
 namespace {
 
 // Every kind of texture, with followers that have a texture or none. Followers stand before the
@@ -510,4 +510,4 @@ TEST(GalaxyStatistics, EveryPartTellsOfATextureThatCannotBeNormalised) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::galaxy_statistics_test

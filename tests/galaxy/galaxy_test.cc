@@ -13,7 +13,7 @@
 #include "galaxy/evaluate.h"
 #include "galaxy/galaxy_text.h"
 
-namespace gamer {
+namespace gamer::galaxy_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -380,4 +380,4 @@ TEST(Galaxy, OctavesOfTheRenderParametersAreADefault) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::galaxy_test

@@ -13,7 +13,7 @@
 #include "galaxy/neighbours.h"
 #include "gamer/core/random.h"
 
-namespace gamer {
+namespace gamer::layer_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -553,4 +553,4 @@ TEST(RadialLaw, ErrorsOfParametersOfOtherLaws) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::layer_test

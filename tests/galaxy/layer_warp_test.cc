@@ -14,7 +14,7 @@
 #include "gamer/core/random.h"
 #include "gamer/galaxy/calibration/galaxy_statistics.h"
 
-namespace gamer {
+namespace gamer::layer_warp_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -130,4 +130,4 @@ TEST(LayerWarp, DensitiesOfEveryKindMoveWithThePlane) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::layer_warp_test

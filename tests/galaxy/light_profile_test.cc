@@ -7,7 +7,7 @@
 
 #include "galaxy/galaxy_text.h"
 
-namespace gamer {
+namespace gamer::light_profile_test {
 namespace {
 
 // Rounding of sums in single precision.
@@ -75,4 +75,4 @@ TEST(LightProfile, ArmsDoNotCount) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::light_profile_test

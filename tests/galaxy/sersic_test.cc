@@ -12,7 +12,7 @@
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/random.h"
 
-namespace gamer {
+namespace gamer::sersic_test {
 namespace {
 
 using std::numbers::pi;
@@ -194,4 +194,4 @@ TEST(Sersic, BoxyEnvelopeOnEveryTarget) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::sersic_test

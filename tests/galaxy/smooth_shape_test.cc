@@ -8,7 +8,7 @@
 
 #include "new_component/gaussian.h"
 
-namespace gamer {
+namespace gamer::smooth_shape_test {
 namespace {
 
 // The tests of this program that cover all kinds cover this one, too.
@@ -46,4 +46,4 @@ TEST(ComponentKinds, AreRegisteredOnce) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::smooth_shape_test

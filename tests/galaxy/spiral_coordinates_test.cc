@@ -14,7 +14,7 @@
 #include "galaxy/galaxy_text.h"
 #include "gamer/core/random.h"
 
-namespace gamer {
+namespace gamer::spiral_coordinates_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -220,4 +220,4 @@ TEST(HelicalMap, AnyMapIsNearTheWantedOne) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::spiral_coordinates_test

@@ -15,7 +15,7 @@
 #include "galaxy/galaxy_text.h"
 #include "galaxy/stars_of.h"
 
-namespace gamer {
+namespace gamer::star_clumps_test {
 namespace {
 
 const std::string layer = "z0 = 0.05\nrh = 0.25\narm_width = 1\n";
@@ -243,4 +243,4 @@ TEST(StarClumps, ErrorsSayWhatIsRight) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::star_clumps_test

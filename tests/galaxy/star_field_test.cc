@@ -18,7 +18,7 @@
 #include "galaxy/galaxy_text.h"
 #include "galaxy/stars_of.h"
 
-namespace gamer {
+namespace gamer::star_field_test {
 namespace {
 
 std::string field_text(const std::string& rest) {
@@ -424,4 +424,4 @@ TEST(StarField, ColoursLieAboutTheSpectrum) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::star_field_test

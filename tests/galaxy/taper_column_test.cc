@@ -6,7 +6,7 @@
 
 #include "gamer/galaxy/sample_batch.h"
 
-namespace gamer {
+namespace gamer::taper_column_test {
 namespace {
 
 TEST(MeanTaper, AgainstAFineSum) {
@@ -51,4 +51,4 @@ TEST(MeanTaper, OfALiftedColumnAgainstAFineSum) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::taper_column_test

@@ -17,7 +17,7 @@
 #include "galaxy/evaluate.h"
 #include "galaxy/galaxy_text.h"
 
-namespace gamer {
+namespace gamer::vein_texture_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -507,4 +507,4 @@ TEST(Veins, Errors) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::vein_texture_test

@@ -11,7 +11,7 @@
 
 #include "image/synthetic_image.h"
 
-namespace gamer {
+namespace gamer::convolution_test {
 namespace {
 
 constexpr double missing = std::numeric_limits<double>::quiet_NaN();
@@ -415,4 +415,4 @@ TEST(Convolution, WrongStamps) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::convolution_test

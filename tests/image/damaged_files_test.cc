@@ -22,7 +22,7 @@
 #include "image/fits/fits_file.h"
 #include "image/image_test_util.h"
 
-namespace gamer {
+namespace gamer::damaged_files_test {
 namespace {
 
 const TextTable inputs = {
@@ -288,4 +288,4 @@ TEST_F(HeaderCards, Tables) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::damaged_files_test

@@ -13,7 +13,7 @@
 #include "image/fits/fits_file.h"
 #include "image/image_test_util.h"
 
-namespace gamer {
+namespace gamer::data_table_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -438,4 +438,4 @@ TEST(Ecsv, FolderThatIsNotThereIsARunError) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::data_table_test

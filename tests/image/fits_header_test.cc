@@ -6,7 +6,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::fits_header_test {
 namespace {
 
 FitsHeader sample() {
@@ -104,4 +104,4 @@ TEST(FitsHeader, ThirdAxis) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::fits_header_test

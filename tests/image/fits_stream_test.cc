@@ -12,7 +12,7 @@
 #include "gamer/core/error.h"
 #include "image/image_test_util.h"
 
-namespace gamer {
+namespace gamer::fits_stream_test {
 namespace {
 
 constexpr int image_width = 37, image_height = 11;
@@ -331,4 +331,4 @@ TEST(FitsTiles, OfNumbersThatCannotBeQuantised) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::fits_stream_test

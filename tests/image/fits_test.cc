@@ -24,7 +24,7 @@
 #include "image/fits/fits_file.h"
 #include "image/image_test_util.h"
 
-namespace gamer {
+namespace gamer::fits_test {
 namespace {
 
 const Card* find_card(const std::vector<Card>& cards, const std::string& key) {
@@ -815,4 +815,4 @@ TEST(ReadFits, HugeImageIsAnInputError) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::fits_test

@@ -11,7 +11,7 @@
 #include "gamer/core/error.h"
 #include "image/image_test_util.h"
 
-namespace gamer {
+namespace gamer::image_writer_test {
 namespace {
 
 const std::vector<double> two = {4400, 5500};
@@ -184,4 +184,4 @@ TEST(CheckOutput, MoreFilesThanCanBeOpen) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::image_writer_test

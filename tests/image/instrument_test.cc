@@ -7,7 +7,7 @@
 #include "core/error_text.h"
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::instrument_test {
 namespace {
 
 const std::string camera = R"([instrument]
@@ -61,4 +61,4 @@ TEST(Instrument, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::instrument_test

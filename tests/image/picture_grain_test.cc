@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-namespace gamer {
+namespace gamer::picture_grain_test {
 namespace {
 
 constexpr int grain_side = 512;
@@ -105,4 +105,4 @@ TEST(PictureGrain, RowsComeInAnyOrder) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::picture_grain_test

@@ -16,7 +16,7 @@
 #include "image/picture_psf.h"
 #include "image/read_png.h"
 
-namespace gamer {
+namespace gamer::picture_test {
 namespace {
 
 using Colour = std::array<double, 3>;
@@ -903,4 +903,4 @@ TEST(PictureWriter, MissingRowOrAppearedFileIsAnError) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::picture_test

@@ -12,7 +12,7 @@
 
 #include "gamer/core/cancellation.h"
 
-namespace gamer {
+namespace gamer::plane_test {
 namespace {
 
 std::vector<double> counted(int count) {
@@ -150,4 +150,4 @@ TEST(Plane, TheErrorIsThatOfTheFirstTile) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::plane_test

@@ -12,7 +12,7 @@
 #include "image/image_test_util.h"
 #include "image/read_png.h"
 
-namespace gamer {
+namespace gamer::png_table_test {
 namespace {
 
 TextTable some_table(const std::string& name) {
@@ -78,4 +78,4 @@ TEST_F(PngTableTest, DamageIsFound) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::png_table_test

@@ -12,7 +12,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::psf_test {
 namespace {
 
 using std::numbers::pi;
@@ -339,4 +339,4 @@ TEST(Stamps, FromImages) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::psf_test

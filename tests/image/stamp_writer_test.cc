@@ -11,7 +11,7 @@
 #include "gamer/image/wcs.h"
 #include "image/image_test_util.h"
 
-namespace gamer {
+namespace gamer::stamp_writer_test {
 namespace {
 
 const std::vector<double> stamp_wavelengths = {4400, 5500};
@@ -114,4 +114,4 @@ TEST(StampWriter, OnlyPlainFits) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::stamp_writer_test

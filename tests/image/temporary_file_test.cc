@@ -19,7 +19,7 @@
 #include "gamer/image/new_file.h"
 #include "image/image_test_util.h"
 
-namespace gamer {
+namespace gamer::temporary_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -260,4 +260,4 @@ TEST(SpoolFile, LeavesNothing) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::temporary_file_test

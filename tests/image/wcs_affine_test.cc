@@ -9,7 +9,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::wcs_affine_test {
 namespace {
 
 using Cards = std::vector<std::pair<std::string, double>>;
@@ -280,4 +280,4 @@ TEST(MapPixels, Errors) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::wcs_affine_test

@@ -12,7 +12,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::wcs_test {
 namespace {
 
 constexpr double degree = std::numbers::pi / 180, arcsecond = degree / 3600;
@@ -629,4 +629,4 @@ TEST(SkyArrays, ManyThreadsGetTheSame) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::wcs_test

@@ -15,7 +15,7 @@
 #include "gamer/noise/noise.h"
 #include "image/image_test_util.h"
 
-namespace gamer {
+namespace gamer::calibration_cache_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -138,4 +138,4 @@ TEST_F(CalibrationCacheTest, IsUsedByMeasurements) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::calibration_cache_test

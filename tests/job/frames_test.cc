@@ -13,7 +13,7 @@
 #include "gamer/image/image_writer.h"
 #include "job/completed.h"
 
-namespace gamer {
+namespace gamer::frames_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -201,4 +201,4 @@ TEST_F(SameFrame, MayHaveAToneThatTheFilmLeavesOpen) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::frames_test

@@ -14,7 +14,7 @@
 #include "image/image_test_util.h"
 #include "image/temporary_file.h"
 
-namespace gamer {
+namespace gamer::image_task_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -168,4 +168,4 @@ TEST_F(WorkTest, JournalsHinderAllButDryRuns) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::image_task_test

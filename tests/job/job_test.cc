@@ -7,7 +7,7 @@
 #include "gamer/core/version.h"
 #include "job/completed.h"
 
-namespace gamer {
+namespace gamer::job_test {
 namespace {
 
 using test::completed;
@@ -180,4 +180,4 @@ TEST(Job, MemoryOfRows) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::job_test

@@ -24,7 +24,7 @@
 #include "gamer/job/journal.h"
 #include "gamer/job/resume.h"
 
-namespace gamer {
+namespace gamer::journal_damage_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -293,4 +293,4 @@ TEST_F(JournalDamageTest, AJournalIsRefusedOrContinued) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::journal_damage_test

@@ -18,7 +18,7 @@
 #include "core/error_text.h"
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::journal_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -367,4 +367,4 @@ TEST_F(JournalTest, AFolderThatIsGoneIsAnError) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::journal_test

@@ -10,7 +10,7 @@
 #include "gamer/scene/render_parameters.h"
 #include "gamer/scene/scene.h"
 
-namespace gamer {
+namespace gamer::listing_test {
 namespace {
 
 TEST(Listing, AllParametersAreListed) {
@@ -82,4 +82,4 @@ TEST(Listing, DataHaveALineEach) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::listing_test

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace gamer {
+namespace gamer::message_log_test {
 namespace {
 
 /// A stream in memory.
@@ -114,4 +114,4 @@ TEST(MessageLog, FormatOfArguments) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::message_log_test

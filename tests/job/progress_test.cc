@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-namespace gamer {
+namespace gamer::progress_test {
 namespace {
 
 /// The output of a run of blocks of ten rows, each `seconds` long.
@@ -104,4 +104,4 @@ TEST(Progress, AFileIsNoTerminal) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::progress_test

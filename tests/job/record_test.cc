@@ -4,7 +4,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::record_test {
 namespace {
 
 const Record record = {{"render.par", "a/render.par", "[image]\nsize = 3\n"},
@@ -43,4 +43,4 @@ TEST(Record, DamageIsFound) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::record_test

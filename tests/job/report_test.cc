@@ -6,7 +6,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::report_test {
 namespace {
 
 RankReport example(int rank) {
@@ -67,4 +67,4 @@ TEST(Report, PeakMemoryHoldsWhatWasUsed) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::report_test

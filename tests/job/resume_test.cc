@@ -13,7 +13,7 @@
 #include "gamer/core/error.h"
 #include "gamer/core/simd.h"
 
-namespace gamer {
+namespace gamer::resume_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -215,4 +215,4 @@ TEST(SinglePrecision, IsThatOfFitsFiles) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::resume_test

@@ -12,7 +12,7 @@
 #include "gamer/core/config.h"
 #include "gamer/job/record.h"
 
-namespace gamer {
+namespace gamer::scene_table_test {
 namespace {
 
 using Integers = std::vector<std::int64_t>;
@@ -147,4 +147,4 @@ TEST(SceneTable, DamagedRecord) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::scene_table_test

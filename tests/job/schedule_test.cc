@@ -11,7 +11,7 @@
 
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::schedule_test {
 namespace {
 
 constexpr int many_rows = 1 << 30;
@@ -200,4 +200,4 @@ TEST(RowCosts, ImageOfTexturesDoesNotDependOnTheBlocks) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::schedule_test

@@ -19,7 +19,7 @@
 #include "gamer/parallel/ranks.h"
 #include "gamer/render/renderer.h"
 
-namespace gamer {
+namespace gamer::session_test {
 namespace {
 
 const char* const view =
@@ -464,4 +464,4 @@ TEST(CalibrationMemory, TakesNoMoreThanItsLimit) {
 #endif
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::session_test

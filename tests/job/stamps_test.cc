@@ -7,7 +7,7 @@
 
 #include "gamer/parallel/executor.h"
 
-namespace gamer {
+namespace gamer::stamps_test {
 namespace {
 
 const char* const stamps_parameters =
@@ -109,4 +109,4 @@ TEST(StampPiece, PiecesFitAnInteger) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::stamps_test

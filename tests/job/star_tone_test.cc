@@ -10,7 +10,7 @@
 #include "gamer/parallel/executor.h"
 #include "gamer/render/renderer.h"
 
-namespace gamer {
+namespace gamer::star_tone_test {
 namespace {
 
 const char* const bulge_with_stars =
@@ -107,4 +107,4 @@ TEST(StarTone, WhiteOfClumpsIsThatOfOtherSizes) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::star_tone_test

@@ -4,7 +4,7 @@
 
 #include <string>
 
-namespace gamer {
+namespace gamer::status_test {
 namespace {
 
 JournalStatus some_status() {
@@ -61,4 +61,4 @@ TEST(Status, OfADamagedEnd) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::status_test

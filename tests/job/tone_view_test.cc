@@ -11,7 +11,7 @@
 
 #include "gamer/core/config.h"
 
-namespace gamer {
+namespace gamer::tone_view_test {
 namespace {
 
 RenderParameters parameters_of(const std::string& text) {
@@ -141,4 +141,4 @@ TEST(ToneView, IsTheImageWhereThatIsSmall) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::tone_view_test

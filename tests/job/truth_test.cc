@@ -16,7 +16,7 @@
 #include "gamer/sed/extinction.h"
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::truth_test {
 namespace {
 
 constexpr double promised = 0.002;  // mag
@@ -606,4 +606,4 @@ TEST(TruthTable, ObjectsOfAScene) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::truth_test

@@ -16,7 +16,7 @@
 #include "core/parameter_ends.h"
 #include "noise/evaluate.h"
 
-namespace gamer {
+namespace gamer::fractal_test {
 namespace {
 
 FractalParameters parameters_of(const Noise& kind) {
@@ -1001,4 +1001,4 @@ TEST(FractalParameters, Errors) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::fractal_test

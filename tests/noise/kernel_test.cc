@@ -12,7 +12,7 @@
 #include "core/each_simd_target.h"
 #include "noise/evaluate.h"
 
-namespace gamer {
+namespace gamer::kernel_test {
 namespace {
 
 /// The error that a kernel's comment states: constant + per_cell times the largest |coordinate|.
@@ -218,4 +218,4 @@ TEST(NoiseKernels, ValueDoesNotDependOnTheBatch) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::kernel_test

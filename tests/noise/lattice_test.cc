@@ -11,7 +11,7 @@
 #include "core/error_text.h"
 #include "noise/evaluate.h"
 
-namespace gamer {
+namespace gamer::lattice_test {
 namespace {
 
 std::vector<const Noise*> cubic_kinds() {
@@ -221,4 +221,4 @@ TEST(IdentifiedLattice, Errors) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::lattice_test

@@ -14,7 +14,7 @@
 #include "core/error_text.h"
 #include "noise/evaluate.h"
 
-namespace gamer {
+namespace gamer::statistics_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
@@ -568,4 +568,4 @@ TEST(NoiseKinds, AreFoundByName) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::statistics_test

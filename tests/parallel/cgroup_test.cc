@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-namespace gamer {
+namespace gamer::cgroup_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -72,4 +72,4 @@ TEST_F(CgroupCores, Version1MinusOneIsNoLimit) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::cgroup_test

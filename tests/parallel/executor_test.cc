@@ -13,7 +13,7 @@
 #include "gamer/core/error.h"
 #include "parallel/checks.h"
 
-namespace gamer {
+namespace gamer::executor_test {
 namespace {
 
 using std::chrono::milliseconds;
@@ -215,4 +215,4 @@ TEST(AvailableCores, FollowsTheAffinityMask) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::executor_test

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace gamer {
+namespace gamer::given_blocks_test {
 namespace {
 
 TEST(GivenBlocks, ARankSendsBackWhatItWasGivenAndOnce) {
@@ -24,4 +24,4 @@ TEST(GivenBlocks, ARankSendsBackWhatItWasGivenAndOnce) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::given_blocks_test

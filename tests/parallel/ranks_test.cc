@@ -8,7 +8,7 @@
 #include "gamer/core/error.h"
 #include "parallel/checks.h"
 
-namespace gamer {
+namespace gamer::ranks_test {
 namespace {
 
 TEST(RanksAlone, IsRankZeroOfOne) {
@@ -52,4 +52,4 @@ TEST(RanksAlone, EndReportsAndReturnsTheCode) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::ranks_test

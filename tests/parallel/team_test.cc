@@ -16,7 +16,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::team_test {
 namespace {
 
 /// A team whose ranks are threads.
@@ -176,4 +176,4 @@ TEST(TeamExecutor, SumsNumbers) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::team_test

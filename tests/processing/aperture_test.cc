@@ -15,7 +15,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::aperture_test {
 namespace {
 
 constexpr double pi_value = std::numbers::pi;
@@ -384,4 +384,4 @@ TEST(Moments, PositionAngleOnSkyOfStretchedPixels) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::aperture_test

@@ -8,7 +8,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::arithmetic_test {
 namespace {
 
 constexpr double missing_value = std::numeric_limits<double>::quiet_NaN();
@@ -71,4 +71,4 @@ TEST(Scaled, FactorAndOffset) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::arithmetic_test

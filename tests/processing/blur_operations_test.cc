@@ -20,7 +20,7 @@
 #include "image/synthetic_image.h"
 #include "processing/plane_info.h"
 
-namespace gamer {
+namespace gamer::blur_operations_test {
 namespace {
 
 constexpr int image_width = 60, image_height = 48;
@@ -326,4 +326,4 @@ TEST_F(BlurOperations, OptionsThatDoNotFit) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::blur_operations_test

@@ -6,7 +6,7 @@
 #include <limits>
 #include <stdexcept>
 
-namespace gamer {
+namespace gamer::comparison_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -62,4 +62,4 @@ TEST(Comparison, RefusesOtherSizes) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::comparison_test

@@ -10,7 +10,7 @@
 #include "image/damage.h"
 #include "processing/operation_fixture.h"
 
-namespace gamer {
+namespace gamer::damaged_input_test {
 namespace {
 
 class DamagedInput : public SmallFiles {
@@ -47,4 +47,4 @@ TEST_F(DamagedInput, CutFiles) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::damaged_input_test

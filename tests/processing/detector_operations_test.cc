@@ -15,7 +15,7 @@
 #include "gamer/processing/operation.h"
 #include "processing/operation_groups.h"
 
-namespace gamer {
+namespace gamer::detector_operations_test {
 namespace {
 
 constexpr double scale = 0.2;  ///< arcsec per pixel
@@ -452,4 +452,4 @@ TEST_F(NoiseOperation, SaysWhatTheImageLacks) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::detector_operations_test

@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-namespace gamer {
+namespace gamer::detector_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -240,4 +240,4 @@ TEST(SignalNorm, IsThatOfAMatchedFilter) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::detector_test

@@ -6,7 +6,7 @@
 #include "gamer/image/fits/record_names.h"
 #include "processing/operation_fixture.h"
 
-namespace gamer {
+namespace gamer::file_operations_test {
 namespace {
 
 class FileOperations : public SmallFiles {
@@ -168,4 +168,4 @@ TEST_F(Records, AreDroppedWhereImagesAreCombined) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::file_operations_test

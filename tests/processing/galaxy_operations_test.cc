@@ -20,7 +20,7 @@
 #include "image/read_png.h"
 #include "processing/operation_lines.h"
 
-namespace gamer {
+namespace gamer::galaxy_operations_test {
 namespace {
 
 constexpr int side = 161;
@@ -212,4 +212,4 @@ TEST_F(GalaxyOperations, ProfileOfTwoBands) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::galaxy_operations_test

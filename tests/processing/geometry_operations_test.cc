@@ -13,7 +13,7 @@
 #include "image/image_test_util.h"
 #include "image/synthetic_image.h"
 
-namespace gamer {
+namespace gamer::geometry_operations_test {
 namespace {
 
 constexpr int image_width = 60, image_height = 48;
@@ -318,4 +318,4 @@ TEST_F(GeometryOperations, ScaleNeedsTheSky) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::geometry_operations_test

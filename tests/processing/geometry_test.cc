@@ -8,7 +8,7 @@
 
 #include "image/synthetic_image.h"
 
-namespace gamer {
+namespace gamer::geometry_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -196,4 +196,4 @@ TEST(Geometry, WindowReachesOverEdges) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::geometry_test

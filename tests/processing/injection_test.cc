@@ -11,7 +11,7 @@
 #include "processing/operation_fixture.h"
 #include "processing/plane_info.h"
 
-namespace gamer {
+namespace gamer::injection_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -171,4 +171,4 @@ TEST_F(SmallFiles, InjectedNoiseIsItsOwn) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::injection_test

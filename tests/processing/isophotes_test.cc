@@ -10,7 +10,7 @@
 #include "galaxy_images.h"
 #include "processing/disk_breaks.h"
 
-namespace gamer {
+namespace gamer::isophotes_test {
 namespace {
 
 constexpr int side = 401;
@@ -184,4 +184,4 @@ TEST(DiskBreaks, OfAnImage) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::isophotes_test

@@ -17,7 +17,7 @@
 #include "image/read_png.h"
 #include "processing/operation_lines.h"
 
-namespace gamer {
+namespace gamer::measure_operations_test {
 namespace {
 
 constexpr int size_of_side = 120;
@@ -309,4 +309,4 @@ TEST_F(MeasureOperations, SaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::measure_operations_test

@@ -16,7 +16,7 @@
 #include "processing/segmentation.h"
 #include "processing/smoothing.h"
 
-namespace gamer {
+namespace gamer::morphology_test {
 namespace {
 
 constexpr double pi_value = std::numbers::pi;
@@ -295,4 +295,4 @@ TEST(Morphology, RefusesWhatIsNoGalaxy) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::morphology_test

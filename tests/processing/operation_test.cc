@@ -7,7 +7,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::operation_test {
 namespace {
 
 std::string message_of(const std::string& operation, const std::vector<std::string>& arguments) {
@@ -94,4 +94,4 @@ TEST(Operation, WrongCommandLines) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::operation_test

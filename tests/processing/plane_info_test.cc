@@ -7,7 +7,7 @@
 #include "gamer/core/error.h"
 #include "gamer/image/wcs.h"
 
-namespace gamer {
+namespace gamer::plane_info_test {
 namespace {
 
 FitsHeader cube_header() {
@@ -152,4 +152,4 @@ TEST(PlaneInfo, PixelScale) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::plane_info_test

@@ -7,7 +7,7 @@
 
 #include "processing/operation_fixture.h"
 
-namespace gamer {
+namespace gamer::plane_operation_test {
 namespace {
 
 /// Two images of two planes with their variances, as gutil noise writes them: 3 and 5 with the
@@ -226,4 +226,4 @@ TEST_F(Units, StretchedPixelsHaveNoGain) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::plane_operation_test

@@ -12,7 +12,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::power_spectrum_test {
 namespace {
 
 constexpr double pi_value = std::numbers::pi;
@@ -275,4 +275,4 @@ TEST(PowerSpectrum, Refuses) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::power_spectrum_test

@@ -10,7 +10,7 @@
 
 #include "image/synthetic_image.h"
 
-namespace gamer {
+namespace gamer::resample_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -255,4 +255,4 @@ TEST(Resample, PartsAreTheWhole) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::resample_test

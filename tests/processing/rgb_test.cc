@@ -12,7 +12,7 @@
 #include "image/image_test_util.h"
 #include "image/read_png.h"
 
-namespace gamer {
+namespace gamer::rgb_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -363,4 +363,4 @@ TEST(WriteRgb, MissingPixelsAreBlackAndOnePlaneIsGrey) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::rgb_test

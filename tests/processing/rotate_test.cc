@@ -11,7 +11,7 @@
 #include "image/synthetic_image.h"
 #include "processing/geometry.h"
 
-namespace gamer {
+namespace gamer::rotate_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN(),
@@ -267,4 +267,4 @@ TEST(Rotate, Errors) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::rotate_test

@@ -11,7 +11,7 @@
 #include "gamer/core/units.h"
 #include "processing/polar_map.h"
 
-namespace gamer {
+namespace gamer::spiral_fit_test {
 namespace {
 
 constexpr double pi_value = std::numbers::pi;
@@ -172,4 +172,4 @@ TEST(PolarMap, FollowsALinearImage) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::spiral_fit_test

@@ -8,7 +8,7 @@
 #include <random>
 #include <stdexcept>
 
-namespace gamer {
+namespace gamer::statistics_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -216,4 +216,4 @@ TEST(Background, OfNoiseWithSources) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::statistics_test

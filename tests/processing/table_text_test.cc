@@ -4,7 +4,7 @@
 
 #include <limits>
 
-namespace gamer {
+namespace gamer::table_text_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -63,4 +63,4 @@ TEST(TableJson, IsExact) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::table_text_test

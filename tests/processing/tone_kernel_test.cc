@@ -9,7 +9,7 @@
 
 #include "core/each_simd_target.h"
 
-namespace gamer {
+namespace gamer::tone_kernel_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -106,4 +106,4 @@ TEST(ToneKernel, OffsetRangeAndFactor) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::tone_kernel_test

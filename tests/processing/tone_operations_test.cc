@@ -15,7 +15,7 @@
 #include "image/image_test_util.h"
 #include "image/read_png.h"
 
-namespace gamer {
+namespace gamer::tone_operations_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -463,4 +463,4 @@ TEST_F(ToneOperations, RgbSaysWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::tone_operations_test

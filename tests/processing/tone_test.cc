@@ -13,7 +13,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::tone_test {
 namespace {
 
 constexpr double nan_value = std::numeric_limits<double>::quiet_NaN();
@@ -202,4 +202,4 @@ TEST(Stretch, Rises) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::tone_test

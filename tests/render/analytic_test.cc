@@ -11,7 +11,7 @@
 #include "gamer/sed/extinction.h"
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::analytic_test {
 namespace {
 
 // The default tolerance is 1e-3; no ray here errs by more than half of it.
@@ -405,4 +405,4 @@ TEST(IntensityTest, LeastIntensityInTheLargestGalaxy) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::analytic_test

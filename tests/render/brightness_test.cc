@@ -10,7 +10,7 @@
 #include "gamer/sed/extinction.h"
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::brightness_test {
 namespace {
 
 // Largest error of the sum of a galaxy's pixels.
@@ -207,4 +207,4 @@ TEST(Brightness, FartherIsBehindAtHighRedshift) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::brightness_test

@@ -7,7 +7,7 @@
 
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::centre_pixels_test {
 namespace {
 
 std::string bulge(const char* axis) {
@@ -52,4 +52,4 @@ TEST(CentrePixelsTest, FluxOfStretchedBulgesIsThatAskedFor) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::centre_pixels_test

@@ -8,7 +8,7 @@
 
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::crowded_test {
 namespace {
 
 constexpr int side = 24;
@@ -79,4 +79,4 @@ TEST(Crowded, GalaxiesInOnePlaceAddUp) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::crowded_test

@@ -10,7 +10,7 @@
 
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::galaxy_index_test {
 namespace {
 
 constexpr int side = 40;
@@ -175,4 +175,4 @@ TEST(GalaxyIndex, OfNothing) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::galaxy_index_test

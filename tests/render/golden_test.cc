@@ -15,7 +15,7 @@
 #include "gamer/job/schedule.h"
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::golden_test {
 namespace {
 
 TEST(GoldenTest, M100) {
@@ -52,4 +52,4 @@ TEST(GoldenTest, M100) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::golden_test

@@ -12,7 +12,7 @@
 #include "core/each_simd_target.h"
 #include "render/measured_scene.h"
 
-namespace gamer {
+namespace gamer::identity_test {
 namespace {
 
 struct View {
@@ -83,4 +83,4 @@ INSTANTIATE_TEST_SUITE_P(ShippedViews, IdentityTest, testing::ValuesIn(shipped_v
                          });
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::identity_test

@@ -6,7 +6,7 @@
 
 #include "core/each_simd_target.h"
 
-namespace gamer {
+namespace gamer::node_map_test {
 namespace {
 
 /// int rate / sqrt(1 + ((s - c)/w)^2) from `begin` to s.
@@ -191,4 +191,4 @@ TEST(NodeMapTest, SuperfluousFocusesAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::node_map_test

@@ -8,7 +8,7 @@
 
 #include "core/each_simd_target.h"
 
-namespace gamer {
+namespace gamer::ray_integral_test {
 namespace {
 
 /// Segments with sech^2 profiles of dust and light, with nodes at equal distances, and their
@@ -332,4 +332,4 @@ TEST_F(SegmentsTest, ASegmentDependsOnItselfAlone) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::ray_integral_test

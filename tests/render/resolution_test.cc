@@ -10,7 +10,7 @@
 
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::resolution_test {
 namespace {
 
 /// Young stars behind and among dust.
@@ -177,4 +177,4 @@ TEST(ZoomTest, SmallClumpsHaveNoGaps) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::resolution_test

@@ -10,7 +10,7 @@
 #include "render/galaxy_rays.h"
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::shapes_test {
 namespace {
 
 struct Shape {
@@ -113,4 +113,4 @@ TEST(Shapes, PixelsAddUpToTheLight) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::shapes_test

@@ -9,7 +9,7 @@
 
 #include "gamer/sed/photometry.h"
 
-namespace gamer {
+namespace gamer::spectral_basis_test {
 namespace {
 
 Resources& shipped() {
@@ -249,4 +249,4 @@ TEST(SpectralBasis, IgmAbsorbsWithinTheBand) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::spectral_basis_test

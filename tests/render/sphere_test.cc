@@ -15,7 +15,7 @@
 #include "gamer/scene/camera.h"
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::sphere_test {
 namespace {
 
 const char* const bulge =
@@ -219,4 +219,4 @@ TEST(SphereViews, RowsAreTheSameAlone) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::sphere_test

@@ -22,7 +22,7 @@
 #include "core/each_simd_target.h"
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::star_painter_test {
 namespace {
 
 /// Stars of luminosities within a factor of 30, so that many carry the light.
@@ -641,4 +641,4 @@ TEST(StarPainter, BrightStarsHaveWhiteCores) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::star_painter_test

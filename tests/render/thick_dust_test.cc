@@ -11,7 +11,7 @@
 
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::thick_dust_test {
 namespace {
 
 struct Shape {
@@ -153,4 +153,4 @@ TEST(DustInFrontTest, OfAnotherGalaxyDimsAllThatIsBehind) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::thick_dust_test

@@ -16,7 +16,7 @@
 #include "gamer/scene/galaxy_library.h"
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::threads_test {
 namespace {
 
 // Every class whose statistics are taken over points.
@@ -81,4 +81,4 @@ TEST(Threads, ManyMakeTheImageOfOne) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::threads_test

@@ -13,7 +13,7 @@
 #include "render/galaxy_rays.h"
 #include "render/render_text.h"
 
-namespace gamer {
+namespace gamer::tolerance_test {
 namespace {
 
 std::vector<std::string> shipped_scenes() {
@@ -211,4 +211,4 @@ TEST(ThickTexturedDustTest, ToleranceIsKept) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::tolerance_test

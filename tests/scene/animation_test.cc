@@ -11,7 +11,7 @@
 #include "gamer/scene/camera.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::animation_test {
 namespace {
 
 using test::distance;
@@ -226,4 +226,4 @@ INSTANTIATE_TEST_SUITE_P(
                      "3:14: tone_frame = 4 is beyond the last frame, 3"}));
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::animation_test

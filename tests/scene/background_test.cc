@@ -11,7 +11,7 @@
 #include "gamer/core/error.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::background_test {
 namespace {
 
 using test::parameters_of;
@@ -146,4 +146,4 @@ TEST(Background, WrongViews) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::background_test

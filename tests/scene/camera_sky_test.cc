@@ -14,7 +14,7 @@
 #include "gamer/scene/camera.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::camera_sky_test {
 namespace {
 
 using test::distance;
@@ -311,4 +311,4 @@ TEST_F(CameraHeader, FrameIsThatOfCatalogues) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::camera_sky_test

@@ -11,7 +11,7 @@
 
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::camera_test {
 namespace {
 
 using test::distance;
@@ -179,4 +179,4 @@ TEST(Camera, ManyRaysAtATime) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::camera_test

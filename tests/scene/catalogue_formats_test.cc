@@ -13,7 +13,7 @@
 #include "image/image_test_util.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::catalogue_formats_test {
 namespace {
 
 using test::message_of;
@@ -256,4 +256,4 @@ TEST_F(DamagedFormats, Votable) { expect_errors("damaged.xml", votable); }
 TEST_F(DamagedFormats, Plain) { expect_errors("damaged.txt", names + "\n" + rows_of_blanks); }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::catalogue_formats_test

@@ -6,7 +6,7 @@
 
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::catalogue_test {
 namespace {
 
 using test::message_of;
@@ -290,4 +290,4 @@ TEST(UnitFactor, RefusesOthers) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::catalogue_test

@@ -8,7 +8,7 @@
 #include "gamer/core/config.h"
 #include "gamer/scene/scene.h"
 
-namespace gamer {
+namespace gamer::column_sources_test {
 namespace {
 
 /// The columns that are found, each with the catalogue's name: "ra=RAJ2000 dec=DEJ2000".
@@ -137,4 +137,4 @@ TEST(ColumnSources, ErrorsListTheColumns) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::column_sources_test

@@ -11,7 +11,7 @@
 #include "image/image_test_util.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::damaged_catalogue_test {
 namespace {
 
 const char* const galaxy = "[[component]]\nclass = \"disk\"\nsed = \"flat\"\nnoise = false\n";
@@ -66,4 +66,4 @@ TEST_F(DamagedCatalogues, EcsvFiles) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::damaged_catalogue_test

@@ -15,7 +15,7 @@
 #include "gamer/scene/scene.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::field_stars_test {
 namespace {
 
 using test::distance;
@@ -242,4 +242,4 @@ TEST(FieldStars, BadInputIsRefused) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::field_stars_test

@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
-namespace gamer {
+namespace gamer::lensing_test {
 namespace {
 
 const SkyAxes axes{
@@ -40,4 +40,4 @@ TEST(Lensing, StretchesAlongItsPositionAngle) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::lensing_test

@@ -8,7 +8,7 @@
 
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::orientation_test {
 namespace {
 
 using test::distance;
@@ -122,4 +122,4 @@ TEST(OrientationOnSky, IsDefinedStraightAboveTheCamera) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::orientation_test

@@ -4,7 +4,7 @@
 
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::render_parameters_test {
 namespace {
 
 using test::message_of;
@@ -448,4 +448,4 @@ TEST(RenderParameters, AHealpixMapHasNoSizeButItsNside) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::render_parameters_test

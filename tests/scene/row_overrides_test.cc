@@ -7,7 +7,7 @@
 
 #include "core/error_text.h"
 
-namespace gamer {
+namespace gamer::row_overrides_test {
 namespace {
 
 TEST(RowOverrides, SemicolonsInQuotesBelongToTexts) {
@@ -27,4 +27,4 @@ TEST(RowOverrides, AreAPartOfTheTypesName) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::row_overrides_test

@@ -10,7 +10,7 @@
 #include "gamer/scene/galaxy_library.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::scene_test {
 namespace {
 
 using test::distance;
@@ -296,4 +296,4 @@ TEST(Scene, WavelengthsMustLieInTheRangeOfEverySpectrum) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::scene_test

@@ -12,7 +12,7 @@
 #include "gamer/sed/photometry.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::sky_scene_test {
 namespace {
 
 using test::distance;
@@ -595,4 +595,4 @@ TEST(SkyScene, OtherViewsNeedADistanceForAbsoluteMagnitudes) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::sky_scene_test

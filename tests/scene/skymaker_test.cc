@@ -11,7 +11,7 @@
 #include "gamer/scene/catalogue.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::skymaker_test {
 namespace {
 
 using test::message_of;
@@ -216,4 +216,4 @@ TEST(MadeGalaxy, OtherNamesAndBadArguments) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::skymaker_test

@@ -7,7 +7,7 @@
 
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::spectral_probes_test {
 namespace {
 
 using test::message_of;
@@ -69,4 +69,4 @@ TEST(SpectralProbes, AreRecordedByRowsOfTheList) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::spectral_probes_test

@@ -15,7 +15,7 @@
 #include "image/healpix_writer.h"
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::sphere_projection_test {
 namespace {
 
 using std::numbers::pi;
@@ -315,4 +315,4 @@ TEST(SphereCamera, RaysFollowTheViewsAxes) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::sphere_projection_test

@@ -6,7 +6,7 @@
 
 #include "scene/scene_checks.h"
 
-namespace gamer {
+namespace gamer::suspicious_values_test {
 namespace {
 
 using test::message_of;
@@ -105,4 +105,4 @@ TEST(SuspiciousValues, GalaxyColumn) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::suspicious_values_test

@@ -17,7 +17,7 @@
 
 #include "gamer/scene/camera.h"
 
-namespace gamer {
+namespace gamer::tangent_plane_test {
 namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
@@ -143,4 +143,4 @@ TEST(TangentPlane, DividesPointsAtPlacesOfTheImage) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::tangent_plane_test

@@ -12,7 +12,7 @@
 #include "core/error_text.h"
 #include "sed/shipped.h"
 
-namespace gamer {
+namespace gamer::bandpass_test {
 namespace {
 
 const std::string head = "# wavelength: Angstrom\n# response: photons\n";
@@ -250,4 +250,4 @@ TEST(FindBandpass, NamesAndRecords) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::bandpass_test

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-namespace gamer {
+namespace gamer::cosmology_test {
 namespace {
 
 // docs/facts.md section 4; each tolerance is half a unit of the last place given.
@@ -86,4 +86,4 @@ TEST(Cosmology, RefusesOtherParameters) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::cosmology_test

@@ -9,7 +9,7 @@
 
 #include "core/error_text.h"
 
-namespace gamer {
+namespace gamer::extinction_test {
 namespace {
 
 // docs/facts.md section 1; each tolerance is half a unit of the last place given.
@@ -118,4 +118,4 @@ TEST(FindExtinction, Names) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::extinction_test

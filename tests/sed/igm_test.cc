@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-namespace gamer {
+namespace gamer::igm_test {
 namespace {
 
 // The values are the sum in the header's comment, in 30-digit arithmetic.
@@ -129,4 +129,4 @@ TEST(Madau95, KinksAreAllWhereItBends) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::igm_test

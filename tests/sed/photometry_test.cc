@@ -14,7 +14,7 @@
 #include "gamer/sed/igm.h"
 #include "sed/shipped.h"
 
-namespace gamer {
+namespace gamer::photometry_test {
 namespace {
 
 /// AB magnitude of light with F = c f_nu, f_lambda in erg/s/cm^2/Angstrom: m = -2.5 log10(f_nu) -
@@ -300,4 +300,4 @@ TEST(Photometry, PhotonRate) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::photometry_test

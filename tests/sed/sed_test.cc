@@ -11,7 +11,7 @@
 #include "core/error_text.h"
 #include "sed/shipped.h"
 
-namespace gamer {
+namespace gamer::sed_test {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -229,4 +229,4 @@ TEST(FindSed, ListsItsAnalyticNames) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::sed_test

@@ -8,7 +8,7 @@
 
 #include "core/error_text.h"
 
-namespace gamer {
+namespace gamer::two_columns_test {
 namespace {
 
 const TwoColumnFormat sed_format = {"flux", {"flambda", "fnu", "fphotons"}};
@@ -131,4 +131,4 @@ TEST(TwoColumns, OverflowOfTheUnit) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::two_columns_test

@@ -8,7 +8,7 @@
 #include "studio/http_answer.h"
 #include "studio/rate_limit.h"
 
-namespace gamer {
+namespace gamer::access_test {
 namespace {
 
 TEST(Token, Has128Bits) {
@@ -150,4 +150,4 @@ TEST(RateLimit, WaitsForWhatIsTooMuch) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::access_test

@@ -14,7 +14,7 @@
 #include "gamer/scene/render_parameters.h"
 #include "studio/model.h"
 
-namespace gamer {
+namespace gamer::declarations_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -147,4 +147,4 @@ TEST(Catalogue, HasTheShippedNames) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::declarations_test

@@ -13,7 +13,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::draft_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -256,4 +256,4 @@ TEST(Draft, IsCancelled) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::draft_test

@@ -14,7 +14,7 @@
 #include "gamer/galaxy/component.h"
 #include "studio/model.h"
 
-namespace gamer {
+namespace gamer::galaxy_text_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -382,4 +382,4 @@ TEST(GalaxyText, UnknownFormsAreLeftAlone) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::galaxy_text_test

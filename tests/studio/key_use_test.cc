@@ -14,7 +14,7 @@
 #include "gamer/core/error.h"
 #include "gamer/job/session.h"
 
-namespace gamer {
+namespace gamer::key_use_test {
 namespace {
 
 using Lines = std::map<std::string, std::string>;
@@ -260,4 +260,4 @@ TEST(KeyUses, ArmsHaveThoseOfTheirModel) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::key_use_test

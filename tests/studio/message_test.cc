@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-namespace gamer {
+namespace gamer::message_test {
 namespace {
 
 /// The message of the error for a text.
@@ -172,4 +172,4 @@ TEST(JsonText, ReplacesWhatIsNotUtf8) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::message_test

@@ -15,7 +15,7 @@
 #include "studio/render_queue.h"
 #include "studio/view_queue.h"
 
-namespace gamer {
+namespace gamer::queues_test {
 namespace {
 
 /// A page that runs a function for each message, and waits for a number of messages.
@@ -109,4 +109,4 @@ TEST(RenderQueue, ANameIsRenderedOnceAtATime) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::queues_test

@@ -7,7 +7,7 @@
 
 #include "gamer/core/error.h"
 
-namespace gamer {
+namespace gamer::scene_text_test {
 namespace {
 
 const std::string list =
@@ -101,4 +101,4 @@ TEST(SceneText, ThousandsOfRowsAreEdited) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::scene_text_test

@@ -12,7 +12,7 @@
 #include "studio/known_paths.h"
 #include "studio/output_folder.h"
 
-namespace gamer {
+namespace gamer::view_test {
 namespace {
 
 using Json = nlohmann::json;
@@ -329,4 +329,4 @@ TEST(OutputFolder, NamesOfPlainFiles) {
 }
 
 }  // namespace
-}  // namespace gamer
+}  // namespace gamer::view_test
