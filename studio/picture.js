@@ -1,6 +1,7 @@
 // The picture: float planes in a WebGL2 canvas. Planes are summed to three channels with a weight
 // for each plane and channel, then stretched. No change of weights or stretch needs the server. The
-// canvas has the pixels of the finest picture, and the browser scales them to their place in the page.
+// canvas has the pixels of a final picture, also while coarse ones are drawn. The browser scales them
+// to their place in the page.
 
 import {automaticTone, steepnessOf, withContrast} from './stretch.js';
 import * as shaders from './shaders.js';
@@ -36,7 +37,7 @@ export class Picture {
     canvas.addEventListener('webglcontextlost', (event) => event.preventDefault());
     canvas.addEventListener('webglcontextrestored', () => {
       this.begin();
-      if (this.frame) this.setFrame(this.frame);
+      if (this.frame) this.setFrame(this.frame, this.isCoarse);
       canvas.dispatchEvent(new Event('restored'));
     });
     this.begin();
@@ -95,7 +96,7 @@ export class Picture {
     return texture;
   }
 
-  /// Takes the planes of a frame (framing.js). A coarse frame is soon replaced by a finer one.
+  /// Takes the planes of a frame (framing.js). A coarse frame keeps the canvas of a finer one.
   setFrame(frame, isCoarse = false) {
     const gl = this.gl, {width, height, planes} = frame.header;
     this.frame = frame;
@@ -284,17 +285,17 @@ export class Picture {
     if (!this.frame || this.gl.isContextLost()) return;
     const {width, height} = this.frame.header;
     const factors = seeing ? null : this.factorsOfGroups();
-    if (factors) return this.paint(this.others, [width, height], tone, look, room, factors);
+    if (factors) return this.paint(this.others, [width, height], tone, look, room, factors, this.isCoarse);
     this.sumUp();
-    this.paint([this.seen(seeing)], [width, height], tone, look, room);
+    this.paint([this.seen(seeing)], [width, height], tone, look, room, null, this.isCoarse);
   }
 
   /// Draws the channels of textures of a size, each times its factor. Where the room has far fewer
   /// pixels, so has the canvas, and the light is interpolated.
-  paint(textures, size, tone, look, room = this.room, factors = null) {
+  paint(textures, size, tone, look, room = this.room, factors = null, isCoarse = false) {
     const {canvas} = this;
     const isLarge = room !== null && size[0] * size[1] > mostPixels * room[0] * room[1];
-    const isKept = !isLarge && room !== null && this.isCoarse && this.fits(size);
+    const isKept = !isLarge && room !== null && isCoarse && this.fits(size);
     const drawn = isLarge ? room : isKept ? [canvas.width, canvas.height] : size;
     sizeTo(canvas, ...drawn);
     canvas.style.imageRendering = look.pixels ? 'pixelated' : 'auto';
@@ -305,7 +306,7 @@ export class Picture {
   /// picture is then drawn without a change of the canvas, which takes longer than many pixels.
   fits([width, height]) {
     const {canvas} = this;
-    return canvas.width >= width && Math.abs(canvas.width * height - canvas.height * width) <= canvas.width;
+    return canvas.width >= width && Math.abs(canvas.width * height - canvas.height * width) <= Math.max(canvas.width, canvas.height);
   }
 
   /// Makes colours of the channels of one texture, or of two textures with factors, in `size`

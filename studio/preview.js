@@ -31,11 +31,11 @@ export class Preview extends EventTarget {
     this.shares = null;        // edits of shares that a slider shows
     connection.addEventListener('frame', ({detail}) => this.receive(detail));
     connection.addEventListener('message', ({detail}) => this.fail(detail));
-    connection.addEventListener('lost', () => this.forget());
+    connection.addEventListener('lost', () => { this.forget(); this.setBusy(false); });
   }
 
   setBusy(isBusy) {
-    if (isBusy === this.isBusy) return;
+    if (!isBusy && !this.isBusy) return;
     this.isBusy = isBusy;
     this.dispatchEvent(new CustomEvent('busy', {detail: isBusy}));
   }
@@ -151,7 +151,7 @@ export class Preview extends EventTarget {
 
   adapt(milliseconds) {
     const factor = Math.sqrt(targetMs / Math.max(milliseconds, 1));
-    // A change of the canvas' size costs more than a small change of the side saves.
+    // New textures cost more than a small change of the side saves.
     if (Math.abs(factor - 1) < leastChange) return;
     const side = Math.round(this.side * Math.min(Math.max(factor, 0.7), 1.25));
     this.side = Math.min(Math.max(side, leastSide), this.ui.side);

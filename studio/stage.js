@@ -45,7 +45,7 @@ export class Stage {
     this.strips = null;
     this.take();
     // A busy browser makes its next frame late. A drawing that is ready by then is seen in it.
-    if (this.preview.shown?.moving) this.drawNow();
+    if (this.preview.shown?.moving && !this.draft?.isShown) this.drawNow();
   }
 
   /// Takes a new frame or look. While something moves the tone stays as it was, without flicker.
