@@ -41,27 +41,28 @@ class ArmCourses {
   /// Declarations of an [[arm]].
   static ParameterTable arm_table();
 
-  /// Number of arms of a list of [[arm]] that leave no other arm.
+  /// Number of trunks of a list of [[arm]]. A trunk is an arm that does not branch off another arm
+  /// (key `leaves`).
   static std::int64_t trunks(const ConfigNode& list);
   /// Whether a galaxy's [arms], or its list of [[arm]], asks for courses.
   static bool are_asked_for(const ParameterSet& common, const ConfigNode* list);
   /// `list` may be null: all arms of `pattern` are alike then. Throws InputError for an array that
-  /// holds something else than tables. Other errors are an arm that leaves a later arm of the list,
-  /// and kinks that do not fit the pitch angles.
+  /// holds something else than tables. Other errors are a branch of a later arm of the list, and
+  /// kinks that do not fit the pitch angles.
   ArmCourses(const ArmPattern& pattern, const ParameterSet& common, const ConfigNode* list);
 
   std::size_t size() const { return table_.size() / arm_size; }
-  /// Number of arms that leave no other arm.
+  /// Number of trunks.
   int trunks() const { return trunks_; }
   /// The tables: node_size floats for each node, nodes of one arm together.
   const float* table() const { return table_.data(); }
   /// Course of arm k at a radius in [0, 1].
   Place at(std::size_t k, double r) const;
 
-  /// Turns points about the axis so that the trunks, arms that leave no other arm, become an even
-  /// pattern. Trunk k then has the constant offset 2 pi k/trunks(). The arms are turned by `shift`
-  /// (radians). The angle of the turn is a mean over the trunks, weighted with exp(-4.5 (Delta_k
-  /// trunks/2 pi)^2). The arrays x, y hold the result.
+  /// Turns points about the axis so that the trunks become an even pattern. Trunk k then has the
+  /// constant offset 2 pi k/trunks(). The arms are turned by `shift` (radians). The angle of the
+  /// turn is a mean over the trunks, weighted with exp(-4.5 (Delta_k trunks/2 pi)^2). The arrays x,
+  /// y hold the result.
   void straighten(const Points& points, const ArmPattern& pattern, double shift, float* x,
                   float* y) const;
 

@@ -15,7 +15,7 @@ namespace gamer {
 /// and stacked. White noise is then convolved with (1, 4, 1)/6 along rows and columns, the cubic
 /// B-spline, and scaled to sigma 1. A slope across the picture is added, as flat fields leave it.
 /// At an edge it differs from the middle by `common_slope` sigmas in all channels, and by
-/// `own_slope` sigmas in a direction of each channel. The directions are those of all pictures.
+/// `own_slope` sigmas in a direction of each channel. All pictures have equal directions.
 class PictureGrain {
  public:
   PictureGrain(const PictureStyle& style, int width, int height, int channels);

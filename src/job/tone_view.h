@@ -9,8 +9,8 @@
 namespace gamer {
 
 /// A view of few pixels on which the tone of a picture is measured. Its pixels are a fixed share of
-/// the largest galaxy, or of the window where that is smaller. The brightness of what they resolve
-/// thus does not depend on the image's size.
+/// the largest galaxy, or of the window where that is smaller. The brightness of the structure that
+/// these pixels resolve thus does not depend on the image's size.
 struct ToneView {
   /// Without stars that are drawn one by one. A view with wider pixels than the image has one ray
   /// for each pixel and a coarse tolerance.
@@ -22,10 +22,10 @@ struct ToneView {
   bool is_cropped = false;
 };
 
-/// The galaxies that decide the tone: those that touch the window, without those much smaller than
-/// the largest. The nuclei of small galaxies behind a large one may be much brighter than its disk.
-/// If they are far apart, the largest alone decides.
-/// The result has neither stars nor rows of a list. It is the scene itself where no galaxy decides.
+/// The galaxies that decide the tone: all that touch the window, except galaxies much smaller than
+/// the largest. The nuclei of small galaxies behind a large galaxy may be much brighter than its
+/// disk. If the deciding galaxies are far apart, the largest alone decides. The result has neither
+/// stars nor rows of a list. It is the scene itself where no galaxy decides.
 std::shared_ptr<const Scene> tone_scene(const Camera& camera, std::shared_ptr<const Scene> scene);
 
 /// The view of the galaxies of tone_scene(). Throws InputError for a WCS that cannot be reduced.

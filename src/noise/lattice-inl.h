@@ -163,8 +163,8 @@ class PointHash {
   VU others_;
 };
 
-/// The gradient of a lattice point that a hash of 16 bits chooses: the lower or the upper half of a
-/// word.
+/// The gradient that a hash of 16 bits chooses for a lattice point. The hash is the lower or the
+/// upper half of a word.
 template <class D, bool upper>
 class Gradient {
   using DU = hn::RebindToUnsigned<D>;
@@ -301,10 +301,10 @@ class OpenLattice {
   LatticeSeed seed_{};
 };
 
-/// The lattice of any octave, or of one without periods in y and z. With m = floor(i / P) the
-/// corner (i, j) becomes (i - m P, j - m Q). Then j and k are reduced by their periods. Each corner
-/// is reduced on its own. Indices are whole numbers of single precision, exact while they and m Q
-/// stay below 2^22.
+/// The lattice of any octave or, without `cycles`, of an octave without periods in y and z. With m
+/// = floor(i / P) the corner (i, j) becomes (i - m P, j - m Q). Then j and k are reduced by their
+/// periods. Each corner is reduced on its own. Indices are whole numbers of single precision, exact
+/// while they and m Q stay below 2^22.
 template <bool cycles>
 class IdentifiedLattice {
  public:
@@ -369,8 +369,8 @@ class IdentifiedLattice {
   LatticeWrap wrap_{};
 };
 
-/// An octave's weight, `scaled_weight` = weight times scale for a kernel's values P / scale, the
-/// scale, and whether |weight P| can exceed 1.
+/// The weight of an octave, and the scale of a kernel, which gives P / scale. `scaled_weight` is
+/// the product of both. `exceeds` tells whether |weight P| can exceed 1.
 struct OctaveScales {
   float weight, scaled_weight, scale;
   bool exceeds;

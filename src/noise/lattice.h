@@ -39,8 +39,8 @@ struct LatticeSeed {
   std::uint32_t x, y, z;
 };
 
-/// Every bit depends on every bit, so that near seeds give unrelated lattices. [C. Wellons,
-/// hash-prospector, "lowbias32"]
+/// A mix of a word's bits. Every bit of the result depends on every bit of the word, so that near
+/// seeds give unrelated lattices. [C. Wellons, hash-prospector, "lowbias32"]
 constexpr std::uint32_t mix32(std::uint32_t word) {
   word = (word ^ (word >> 16)) * 0x7FEB352Du;
   word = (word ^ (word >> 15)) * 0x846CA68Bu;

@@ -21,12 +21,12 @@ double kernel_radius(Kernel kernel);
 double kernel_value(Kernel kernel, double x);
 
 /// Weights of the `count` whole numbers from `first` on (all within the reach) for a value at x:
-/// k((i - x)/scale) with a correction. Polynomials up to the degree n are reproduced exactly: sum
-/// w_i (i
-/// - x)^m = (m == 0), m <= n. Plain Lanczos weights fail even for n = 0. The correction is a
-/// polynomial of u = (i - x)/(radius scale) times (1 - u^2)^3. By Strang & Fix 1971 the kernel's
-/// spectrum is then flat to that order at the frequencies that would change the flux of a smooth
-/// image. The degree n is 2 for bicubic (unchanged at scale 1) and 3 for Lanczos kernels.
+/// k((i - x)/scale) with a correction. Polynomials up to the degree n are reproduced exactly:
+///   sum w_i (i - x)^m = (m == 0), m <= n.
+/// Plain Lanczos weights fail even for n = 0. The correction is a polynomial of u = (i - x)/(radius
+/// scale) times (1 - u^2)^3. By Strang & Fix 1971 the kernel's spectrum is then flat to that order
+/// at the frequencies that would change the flux of a smooth image. The degree n is 2 for bicubic
+/// (unchanged at scale 1) and 3 for Lanczos kernels.
 std::vector<double> interpolation_weights(Kernel kernel, double x, double scale, int first,
                                           int count);
 

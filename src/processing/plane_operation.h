@@ -59,7 +59,7 @@ struct VarianceChange {
 InputError variance_error(const OperationCall& call, const PlaneTask& task);
 
 /// Whether an HDU is the table of a record; see gamer/image/record_names.h. Results of several
-/// images have no record: the first image's would make that image alone.
+/// images have no record, since the record of the first image would make that image alone.
 bool is_record(const FitsHdu& hdu);
 /// Removes the cards of a record.
 void drop_record(FitsHeader& header);

@@ -29,7 +29,7 @@ struct ColumnSource {
 std::vector<ColumnSource> find_columns(const Catalogue& catalogue,
                                        const RenderParameters& parameters);
 
-/// Indices of the catalogue's columns that serve as none of a scene.
+/// Indices of the catalogue's columns that serve as no column of a scene.
 std::vector<std::size_t> unused_columns(const Catalogue& catalogue,
                                         std::span<const ColumnSource> sources);
 

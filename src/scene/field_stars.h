@@ -15,7 +15,8 @@ struct FieldStar {
   double temperature;  ///< K
 };
 
-/// The magnitude than which the share u of objects is brighter; their counts rise as 10^(slope m).
+/// The magnitude for which the share u of the objects is brighter. Counts of objects rise as
+/// 10^(slope m).
 double magnitude_at(double bright, double faint, double slope, double u);
 
 /// Number of temperatures of field stars, evenly spaced in ln T over the range.

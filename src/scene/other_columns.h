@@ -10,8 +10,8 @@
 
 namespace gamer {
 
-/// The columns of a catalogue that serve as none of a scene, in the given rows. The first column is
-/// `row`, the row of the catalogue from 1.
+/// The columns of a catalogue that serve as no column of a scene, in the given rows. The first
+/// column is `row`, the row of the catalogue from 1.
 ///
 /// Words are integers or numbers where all of them are, unless the file says that they are texts.
 /// Words with leading zeros are texts. Names differ from each other, and from those of a scene's

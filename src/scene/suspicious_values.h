@@ -9,8 +9,8 @@
 
 namespace gamer {
 
-/// Finds values of a catalogue that are probably signs of missing ones, in the columns that a scene
-/// uses. Scene lists and SkyMaker's are made for gamer and have none.
+/// Finds values of a catalogue that probably stand for missing values, in the columns that a scene
+/// uses. Scene lists and SkyMaker's lists are made for gamer and have no such values.
 ///
 /// A value is a flag where it is not finite, 1e19 or more in size, or a magnitude of 90 or more in
 /// size. A value that is implausible for its column is also a flag if it is -1, -9, +-99, +-99.9,

@@ -13,7 +13,8 @@ namespace gamer {
 /// celestial sphere, and the pixels are a grid on this plane. Pixel (x, y) looks along
 ///     middle + (x - x0) step_x + (y - y0) step_y,
 /// where the tangent point (x0, y0) looks along the unit vector `middle`, at right angles to both
-/// steps. It gives the directions of CelestialWcs to rounding, without trigonometric functions.
+/// steps. The class gives the directions of CelestialWcs to rounding, without trigonometric
+/// functions.
 class TangentPlane {
  public:
   /// The plane of a WCS; nothing for other projections and for distorted images.
@@ -21,7 +22,7 @@ class TangentPlane {
 
   /// Unit vector of a place, in the pixel coordinates of Camera.
   glm::dvec3 direction(double x, double y) const;
-  /// The place where a point is seen; nothing where the point does not lie before the plane.
+  /// The place where a point is seen; nothing where the point is not in front of the observer.
   std::optional<glm::dvec2> pixel(const glm::dvec3& point) const;
   /// A vector whose dot product with the points that are seen right of x (axis 0) or above y (axis
   /// 1) is positive.

@@ -28,9 +28,9 @@ ServerSecrets make_secrets(const std::filesystem::path& file);
 /// Whether two texts are equal, in a time that depends on their lengths alone.
 bool are_equal_secrets(std::string_view a, std::string_view b);
 
-/// Whether the value of a Host header names this machine: 127.0.0.1 or localhost, with any port. A
-/// tunnel has a port of its own. Another name may be that of a stranger's domain that leads here
-/// (DNS rebinding).
+/// Whether the value of a Host header names this machine: 127.0.0.1 or localhost. Any port is
+/// right, since a tunnel has a port of its own. Another name may belong to a stranger's domain that
+/// leads here (DNS rebinding).
 bool is_own_host(std::string_view host);
 
 /// Whether the value of an Origin header is that of a page served by this host.

@@ -14,9 +14,9 @@ ConfigNode::Array& arms_of(ConfigNode& root);
 /// The arm with this number. Throws InputError where the galaxy has no such arm.
 ConfigNode& arm_at(ConfigNode& root, int arm);
 
-/// The arm that a branch leaves; none for other arms.
+/// The arm from which a branch begins; none for an arm that is no branch.
 std::optional<int> arm_left_by(const ConfigNode& arm);
-/// Throws InputError for an arm that branches leave.
+/// Throws InputError for an arm from which branches begin.
 void refuse_left_arm(ConfigNode& root, int arm);
 
 /// Angles of the arms of the pattern [arms], degrees; one arm where it has none. Throws InputError.

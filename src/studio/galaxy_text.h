@@ -26,8 +26,8 @@ struct ResetEdit {
 struct AddEdit {
   std::string kind;
 };
-/// Adds an [[arm]] behind the last one, without keys. The first one makes all arms of the pattern
-/// tables, each with its angle.
+/// Adds an [[arm]] behind the last one, without keys. The first such edit turns all arms of the
+/// pattern into tables, each with its angle.
 struct AddArmEdit {};
 struct CloneEdit {
   int index = 0;

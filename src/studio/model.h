@@ -12,8 +12,8 @@ namespace gamer {
 
 /// The content of a galaxy's text as JSON. It has `name`, `values` of the keys outside components,
 /// and `components`, each with kind, name, resolved values, and the keys that the text gives.
-/// `label` is the text's file, beside which files that it names are searched. Throws InputError for
-/// a text that is no galaxy's.
+/// `label` is the text's file; files that the text names are searched beside it. Throws InputError
+/// for a text that is no galaxy's.
 nlohmann::json model_json(const std::string& text, const std::string& label,
                           const std::vector<std::filesystem::path>& folders);
 

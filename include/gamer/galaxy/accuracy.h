@@ -22,12 +22,12 @@ struct Accuracy {
   /// their errors average out.
   double shared_error;
   double shared_step;
-  /// shared_error and shared_step for rays that meet only galaxies whose fluxes are fixed by their
-  /// own rays. The errors of rays average out over a whole galaxy.
+  /// Values in place of shared_error and shared_step, for rays that meet only galaxies whose own
+  /// rays fix their flux. The errors of rays average out over a whole galaxy.
   double fixed_flux_error;
   double fixed_flux_step;
   /// Further factor on ray_error in galaxies of fixed flux that at most 64 pixels cross
-  /// (fixed_error()). Many rays make one of their pixels.
+  /// (fixed_error()). Each pixel of such a galaxy has many rays.
   double small_galaxy_error;
   /// Layers end where their envelope is exp(log_envelope_threshold) times its largest value.
   /// Controls the light lost outside.
@@ -103,8 +103,8 @@ struct Accuracy {
   /// Where more than 64 pixels cross the galaxy, small_galaxy_error falls with the square of the
   /// pixel's width, to 1.
   double fixed_error(double pixel) const { return fixed_flux_error * small_error(pixel); }
-  /// Factor on the distance of first nodes in such a galaxy. A factor of 4 on errors corresponds to
-  /// 1.5 on distances.
+  /// Factor on the distance of first nodes in a galaxy of fixed flux. A factor of 4 on errors
+  /// corresponds to 1.5 on distances.
   double fixed_step(double pixel) const {
     return fixed_flux_step * std::pow(small_error(pixel), 0.29);
   }

@@ -51,7 +51,8 @@ class ArmPattern {
   double shear(double r) const;
   /// Largest |r dtheta/dr|, the cotangent of the smallest pitch angle, over [r_min, 1].
   double steepest_winding(double r_min) const;
-  /// An upper bound of |r dtheta/dr| at all radii up to 1, to a relative 1e-4.
+  /// An upper bound of |r dtheta/dr| at all radii up to 1. The bound exceeds the largest value by
+  /// at most a relative 1e-4.
   double largest_shear() const;
 
  private:

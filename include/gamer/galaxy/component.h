@@ -98,8 +98,8 @@ struct ColumnCloud {
   std::vector<float> steps;
 };
 
-/// Digests of a component's parameters. Components with one equal digest have equal envelopes,
-/// forms or textures, in any galaxy of any file.
+/// Digests of a component's parameters. Two components with an equal digest `envelope` have equal
+/// envelopes, in any galaxy of any file. Forms and textures have their own digests.
 struct ComponentDigests {
   std::string envelope;  ///< decides the envelope
   std::string form;      ///< decides all but the amplitude, the spectrum and what a seed changes
@@ -133,11 +133,12 @@ class Component {
   /// without noise. The points are turned back by the twirl, as for the texture. The cloud must not
   /// outlive the component.
   virtual Cloud cloud(std::size_t size) const = 0;
-  /// Whether texture_means() gives the means of Phi, since a cloud of points would miss its peaks.
+  /// Whether texture_means() gives the means of Phi, since a cloud of points would miss the peaks
+  /// of Phi.
   virtual bool has_texture_mean() const { return false; }
   /// The means of Phi over the component for rays of each width (galaxy radii; 0 resolves
   /// everything), with a relative error of about `error`. The mean for a width does not depend on
-  /// the others. Clouds that it uses have at most `most_points`.
+  /// the other widths. Clouds of points have at most `most_points` points.
   virtual std::vector<double> texture_means(std::span<const double> widths, double /*error*/,
                                             std::size_t /*most_points*/) const {
     return std::vector<double>(widths.size(), 1.0);
@@ -150,8 +151,8 @@ class Component {
   /// `nearest` is the ray's point closest to the centre; `direction` has length 1.
   virtual ColumnScale column_scale(const double nearest[3], const double direction[3],
                                    double reach) const = 0;
-  /// Approximate largest value of the envelope along this ray and those within `reach`, as a share
-  /// of the component's peak.
+  /// Approximate largest value of the envelope along this ray and its neighbours within `reach`, as
+  /// a share of the component's peak.
   virtual double column_brightness(const double /*nearest*/[3], const double /*direction*/[3],
                                    double /*reach*/) const {
     return 1;
@@ -169,9 +170,9 @@ class Component {
   /// Frequency of the texture's sharpest features after winding by the twirl, cycles per galaxy
   /// radius; 0 without a texture.
   virtual double texture_frequency() const { return 0; }
-  /// Ratio of the width with which a ray sees the texture to the ray's footprint. Some light has
-  /// features narrower than those of its octaves, which rays at the footprint's spacing could not
-  /// follow. Dust absorbs by exp(-tau), which blunts its peaks.
+  /// Ratio of the width with which a ray sees the texture to the ray's footprint. The ratio exceeds
+  /// 1 for light whose features are much narrower than its octaves, since rays at the footprint's
+  /// spacing could not follow them. For dust it is 1, since exp(-tau) blunts the peaks.
   double footprint_scale() const;
   /// Whether a ray of this footprint (galaxy radii) may hide a part of the texture.
   virtual bool hides_texture(double /*footprint*/) const { return false; }
@@ -271,7 +272,7 @@ std::span<const ComponentKind> component_kinds();
 /// Adds a program's own kind, before galaxies are read or threads are started. Throws
 /// std::invalid_argument if the name exists.
 void register_component_kind(ComponentKind kind);
-/// Throws InputError at `where` for an unknown name, with near ones.
+/// Throws InputError at `where` for an unknown name. The message proposes similar names.
 const ComponentKind& find_component_kind(const std::string& name, const SourceLocation& where);
 
 /// The data that all components of a galaxy file share.

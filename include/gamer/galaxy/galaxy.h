@@ -41,8 +41,8 @@ class Galaxy {
   const std::string& name() const { return name_; }
   const std::string& description() const { return description_; }
   const std::vector<double>& axis() const { return axis_; }
-  /// The galaxy of this file on which the closure of hidden dust is measured, and scales that other
-  /// seeds may take. Null without textured dust.
+  /// The galaxy of this file on which the closure of hidden dust is measured. Galaxies of other
+  /// seeds may take scales of textures from it. Null without textured dust.
   const std::shared_ptr<Galaxy>& reference() const { return reference_; }
   bool is_reference() const { return is_reference_; }
   /// The measurements of GalaxyStatistics.
@@ -84,12 +84,14 @@ class Galaxy {
 
   /// Index of the component whose texture also modulates component c, or -1.
   int followed(std::size_t c) const { return followed_[c]; }
-  /// What the thresholds of a star field's candidates are compared with at their places: envelope
-  /// Phi of component c, or StarClumps::evaluate() for stars in the clumps of these indices.
+  /// The density at the places of a star field's candidates, with which their thresholds are
+  /// compared. It is envelope Phi of component c, or StarClumps::evaluate() for stars in the clumps
+  /// of these indices.
   void evaluate_stars(std::size_t c, const Points& points, std::span<const std::uint32_t> clumps,
                       BatchArray& density, EvaluationCounts& counts) const;
   /// The largest value of Phi that is used for component c, which is a star field. For stars in
-  /// clumps it is the factor from the terms of StarClumps to Phi over its mean.
+  /// clumps the result is a factor, which turns StarClumps::evaluate() into the clump's part of Phi
+  /// divided by the mean of Phi.
   double largest_phi(std::size_t c) const;
   /// Whether evaluation needs the winding of the arms.
   bool needs_winding() const { return needs_winding_; }
@@ -101,8 +103,8 @@ class Galaxy {
   /// Adds `sign` times the heights of component c's mid-plane above z = 0, at points that are not
   /// turned.
   void add_lift(std::size_t c, const Points& points, float sign, float* z) const;
-  /// Turns points back about the axis by a further `twirl`. A component's own twirl has already
-  /// turned them back. The arrays x, y, z hold the result.
+  /// Turns points back about the axis by a further `twirl`. The points come from a component whose
+  /// own twirl has already turned them back. The arrays x, y, z hold the result.
   Points turn_back(const Points& points, double twirl, BatchArray& x, BatchArray& y,
                    BatchArray& z) const;
 

@@ -20,10 +20,9 @@ struct ClumpPlace;
 ///   Phi_c = share_l M w K_c/p
 /// is the clump's part of Phi (AssociationTexture). Candidates of the halo and of each core have
 /// the density q^3, moved by the waves that bend the clump. A candidate is a star where share_l D M
-/// w/p exceeds a uniform random share of a bound. In the halo its factors of cavity and tilt count,
-/// too. The
-/// bound is the largest value at several places in the clump, with a margin; larger values count as
-/// the bound.
+/// w/p exceeds a uniform random share of a bound. In the halo this product has two more factors,
+/// those of cavity and tilt. The bound is the largest value at several places in the clump, with a
+/// margin. Larger values count as the bound.
 class StarClumps {
  public:
   /// `layer` is the layer whose texture is `texture`. Both must outlive this object.

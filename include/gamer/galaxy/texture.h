@@ -27,7 +27,7 @@ class Texture {
   /// that differs in its seed alone.
   virtual std::vector<double> statistics() const = 0;
   virtual void restore(std::span<const double> statistics) = 0;
-  /// Whether these results do no more than scale Phi and steer rays. Those of another seed then
+  /// Whether these results do no more than scale Phi and steer rays. Results of another seed then
   /// serve as well, where Phi is divided by its mean anyway.
   virtual bool statistics_only_scale() const { return false; }
 

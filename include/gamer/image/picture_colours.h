@@ -41,17 +41,16 @@ struct PictureTone {
 /// nearly linear changes little.
 ///
 /// *Contrast* k divides the slope of that stretch. The light of the level 0.28 keeps its level, by
-/// another scale. With k > 1 what is fainter becomes darker, and the brightest parts exceed 1.
+/// another scale. With k > 1 fainter light becomes darker, and the brightest parts exceed 1.
 ///
 /// *Saturation* s. A channel c of a pixel of intensity I becomes I + s (c - I), at least 0.
 ///
 /// *Sky and grain.* All channels then get the light whose stretch is the level `sky`, and noise.
-/// The noise is normal, and independent in each of the `channels` (1 or 3), apart from a
-/// common slope with seeing. It has the standard
-/// deviation `grain` in a picture of the sky alone, but light below 0 counts as 0.
-/// It is light too, which the stretch shows less in bright parts. As noise of photons, that of a
-/// channel of light L is sqrt(1 + L/S) times that of the sky. S is the sky's light, or that of the
-/// noise where it is larger.
+/// The noise is normal, and independent in each of the `channels` (1 or 3), apart from a common
+/// slope with seeing. The noise has the standard deviation `grain` in a picture of the sky alone,
+/// but light below 0 counts as 0. Noise is light too, which the stretch shows less in bright parts.
+/// Like photon noise, the noise of a channel of light L is sqrt(1 + L/S) times that of the sky. S
+/// is the sky's light, or the light of the noise where this is larger.
 ///
 /// *Shoulder*, where the style has seeing or k > 1. Each channel c F(I)/I of the stretch, here v,
 /// becomes 1 - 0.3 exp(-(v - 0.7)/0.3) where v > 0.7. The level 1 becomes 0.89. The middle of a

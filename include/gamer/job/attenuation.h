@@ -34,13 +34,14 @@ void choose_layers(RenderJob& job, bool is_draft);
 FootprintRange attenuation_footprints(const RenderParameters& parameters);
 
 /// Divides the brightness of observed galaxies by the share of their light that is seen in the
-/// reference band, pending.attenuation. Their magnitudes then include dust. The band is at rest for
-/// absolute magnitudes. Every rank calls this function with an equal job, after choose_layers().
-/// Each galaxy is measured alone, once, in `threads` threads per rank, at sampling.tolerance.
-/// bench/survey_bench.py gives the errors of magnitudes.
+/// reference band (pending.attenuation). Their magnitudes then include dust. For absolute
+/// magnitudes the band is in the galaxy's rest frame. Every rank calls this function with an equal
+/// job, after choose_layers(). Each galaxy is measured alone, once, in `threads` threads per rank,
+/// at sampling.tolerance. bench/survey_bench.py gives the errors of magnitudes.
 ///
 /// Galaxies of fixed flux are measured in all planes of the image, if the reference band is one of
-/// them. The job then has their layers, and their measured properties if it makes a table of truth.
+/// them. The job then has the layers of these galaxies. If it makes a truth table, it also has
+/// their measured properties.
 ///
 /// A galaxy is not measured again if `memory` holds a measurement from this direction or, for fixed
 /// fluxes, in these pixels. Only a process without other ranks may give a memory.

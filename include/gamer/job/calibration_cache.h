@@ -22,9 +22,9 @@ CalibrationParts unpack_parts(std::string_view bytes);
 ///
 /// Files belong to a build and an instruction set (build_identity()), so that images have equal
 /// bits with any state of the cache. A file is replaced as a whole. Any number of processes may use
-/// a folder. Where two add parts at the same time, some may be lost. Damaged files count as absent,
-/// and failures to write are ignored. The cache holds at most most_files files and removes those
-/// unused for longest.
+/// a folder. Where two processes add parts at the same time, some parts may be lost. Damaged files
+/// count as absent, and failures to write are ignored. The cache holds at most most_files files and
+/// removes those unused for longest.
 class CalibrationCache {
  public:
   /// `identity` must not be empty.

@@ -88,8 +88,8 @@ class Film {
   /// Renders a frame in a single process, or on rank 0 with all ranks.
   Flaws render_frame(int number, int ranks, int threads, Executor& executor,
                      const Messages& messages, RankReport& report);
-  /// Warns of the flaws, given by frame number, with one warning of each kind for any number of
-  /// ranks.
+  /// Warns of the flaws, which are given by frame number. Each kind of flaw has one warning,
+  /// whatever the number of ranks.
   void warn_of(const std::map<int, Flaws>& flaws, const Messages& messages);
 
   std::unique_ptr<FrameJobs> jobs_;

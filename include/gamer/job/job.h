@@ -60,7 +60,7 @@ struct RenderJob {
     std::shared_ptr<const Bandpass> attenuation;
     bool is_draft = false;   ///< whether all is measured for a coarse view
     bool star_tone = false;  ///< whether discs of stars need find_star_tone()
-    bool truth = false;      ///< whether the job makes a table of truth
+    bool truth = false;      ///< whether the job makes a truth table
     /// Called on rank 0 when the observed light of `more` galaxies, of `total`, has been measured;
     /// may be empty.
     std::function<void(int more, int total)> progress = {};
@@ -73,7 +73,7 @@ struct RenderJob {
   /// Number of rays of these layers, on all ranks, that did not reach the tolerance.
   double unconverged_rays = 0;
   RenderCounts layer_counts = {};  ///< of this rank's share of the layers
-  /// [galaxy] What complete() measured for the table of truth; empty if nothing.
+  /// [galaxy] What complete() measured for the truth table; empty if nothing.
   std::vector<std::optional<GalaxyMeasure>> measures = {};
   /// Files that this rank read from disk, without the image of JobRequest::from_header.
   std::vector<std::filesystem::path> input_files = {};

@@ -60,7 +60,8 @@ struct JournalStatus {
 /// both. The head is six numbers of 64 bits in the machine's order: kind, section, first and last
 /// row, number of values, number of bytes. Values have double or single precision, and runs of
 /// zeros are left out. Reading ends at an entry that is cut off or has a wrong CRC; the next entry
-/// written replaces it. Sections number the runs of a job: its truth, its image.
+/// written replaces it. A section is the number of a run within the job, such as the run of its
+/// truth or of its image.
 ///
 /// Entries wait in memory until the job is `interval` seconds old, or until they exceed 32 MiB.
 /// Short jobs thus make no file. Afterwards each entry is written at once, so that it survives the

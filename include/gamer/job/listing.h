@@ -29,8 +29,8 @@ std::string list_parameters(const std::string& kind, bool markdown);
 /// The values of `kind` in list_parameters().
 std::vector<std::string> parameter_kinds();
 
-/// The file of a galaxy type, shipped or on the data path. Throws InputError for an unknown name,
-/// with near names.
+/// The file of a galaxy type, shipped or on the data path. Throws InputError for an unknown name.
+/// The message proposes similar names.
 std::string sample_galaxy(const std::string& type, Resources& resources);
 
 /// A complete parameter file with all defaults and comments.

@@ -22,7 +22,7 @@ struct Look {
 ///
 /// With a sky the galaxy is 10 Mpc away. Its ball has a radius of 200 arcsec, and its magnitude in
 /// the red plane is 9.5. Its name chooses the stars and faint galaxies (background_list()). The
-/// settings may give the scale of the pixels, such that another part of the sky is seen.
+/// ball's diameter is the picture's shorter side, unless the settings give the scale of the pixels.
 ///
 /// Throws InputError for a name that no scene list can hold. With a sky other errors are settings
 /// that choose one component or another projection, wrong settings, and a view of too many objects.

@@ -97,8 +97,9 @@ struct Rendering {
 
 /// Renders into memory, any number of times. A session keeps its galaxies and their calibrations.
 /// Renders that differ only in camera, spectra, magnitudes or places need no new measurements.
-/// Exceptions are galaxies of fixed flux, and cameras nearer or farther than all before.
-/// Pixels equal those of the program, bit for bit, whatever was rendered before.
+/// Exceptions are galaxies of fixed flux, and a camera that is nearer or farther than the cameras
+/// of all earlier renders. Pixels equal those of the program, bit for bit, whatever was rendered
+/// before.
 ///
 /// Several threads may use a session at the same time; each render has threads of its own.
 class Session {

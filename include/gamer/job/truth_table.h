@@ -27,8 +27,8 @@ void write_truth_table(const std::filesystem::path& path, const DataTable& table
 DataTable truth_table(const RenderJob& job, Executor& executor,
                       const std::function<void(int objects)>& count = {});
 
-/// The properties of a galaxy for its row, as complete() measured them. If it did not, this
-/// function measures the galaxy.
+/// The properties of a galaxy for its row, as complete() measured them. If complete() did not
+/// measure the galaxy, this function does.
 GalaxyMeasure measure_for_truth(const RenderJob& job, std::size_t galaxy);
 
 }  // namespace gamer

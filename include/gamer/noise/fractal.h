@@ -45,8 +45,8 @@ struct SeenNoise {
 /// A ray of footprint w (its width, in units of x) resolves a share of octave k: 1 where frequency
 /// times w is below 0.15, 0 from 0.9 on, smooth between. This approximates the mean over a square
 /// of side w. Hidden octaves count by their expectation: E[Phi] over a normal distribution where
-/// they are summed, 1 where they are factors, the mean of ridges. A warp that shrinks lengths
-/// raises frequencies.
+/// they are summed, 1 where they are factors, and their mean where they are ridges. A warp that
+/// shrinks lengths raises frequencies.
 class FractalNoise {
  public:
   /// `thickness` is that of the layer that the noise fills, in units of x.

@@ -79,7 +79,7 @@ std::span<const Noise* const> noise_kinds();
 
 std::vector<std::string> noise_names();
 
-/// Throws InputError for an unknown name, with near ones.
+/// Throws InputError for an unknown name. The message proposes similar names.
 const Noise& find_noise(const std::string& name);
 
 /// Improved Perlin noise (Perlin 2002): sum over the 8 corners c of the cell of

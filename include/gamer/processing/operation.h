@@ -50,7 +50,8 @@ struct Operation {
 /// All operations, in the order of lists.
 std::span<const Operation> operations();
 
-/// Finds an operation by name or alias. Throws InputError with near names.
+/// Finds an operation by name or alias. Throws InputError for an unknown name. The message proposes
+/// similar names.
 const Operation& find_operation(std::string_view name);
 
 /// A parameter's name as users type it: "axis_ratio" is "--axis-ratio".

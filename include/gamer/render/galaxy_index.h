@@ -13,10 +13,10 @@ namespace gamer {
 /// An index of a scene's galaxies, which finds the galaxies that rays of a camera may meet.
 ///
 /// The index describes a ray by a point: its origin in an orthographic view, otherwise its
-/// direction of length 1. A galaxy is a ball around the ray to its centre, which holds all rays
-/// that meet the galaxy. Its radius is the bounding radius R or, seen from the distance d, the
-/// chord 2 sin(asin(R/d)/2). The balls form a binary tree of balls, split at the median of the
-/// longer side.
+/// direction of length 1. A galaxy becomes a ball around the point of the ray to its centre. This
+/// ball holds the points of all rays that meet the galaxy. Its radius is the bounding radius R in
+/// an orthographic view. Seen from the distance d it is the chord 2 sin(asin(R/d)/2). The balls
+/// form a binary tree of balls, split at the median of the longer side.
 class GalaxyIndex {
  public:
   struct Ball {
@@ -36,8 +36,8 @@ class GalaxyIndex {
   /// The ball that holds all rays of the pixels [left, right) x [bottom, top); nothing if no pixel
   /// shows sky.
   std::optional<Ball> pixels(int left, int right, int bottom, int top) const;
-  /// Whether a ray of these pixels may meet a galaxy; false only if certainly none does. The check
-  /// is quick for many pixels.
+  /// Whether a ray of these pixels may meet a galaxy. The result is false only if certainly no ray
+  /// does. The check is quick for many pixels.
   bool may_meet(int left, int right, int bottom, int top) const;
   /// The ball that holds all rays within `pixels` pixels of a ray, in the pixels of
   /// Camera::pixel_size().
@@ -46,8 +46,8 @@ class GalaxyIndex {
   /// The ball that holds all rays that meet a ball of the scene.
   Ball ball_of(const glm::dvec3& centre, double radius) const;
 
-  /// Replaces `out` by the galaxies that a ray in the ball may meet. Some galaxies near them may be
-  /// among them.
+  /// Replaces `out` by the galaxies that a ray in the ball may meet. `out` may also hold galaxies
+  /// that such rays pass closely.
   void find(const Ball& rays, Found& out) const;
   /// Finds galaxies among those of an earlier search.
   static void find(const Ball& rays, const Found& among, std::vector<int>& out);

@@ -42,8 +42,8 @@ struct GalaxyLayer {
   }
 };
 
-/// Layers of a scene's galaxies that are kept from the measurement of their fluxes. A renderer
-/// makes the others itself, with equal bits.
+/// Layers of a scene's galaxies that the measurement of their fluxes made, kept for the renderer. A
+/// renderer makes other layers itself, with equal bits.
 class GalaxyLayers {
  public:
   /// Layers are kept until they take `most_bytes`.

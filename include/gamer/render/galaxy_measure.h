@@ -33,16 +33,17 @@ struct GalaxyMeasure {
 };
 
 /// The flux of a galaxy without its dust, [plane]: nJy, in orthographic views nJy times scene
-/// units^2. `bulge_only` leaves out all but the bulges.
+/// units^2. With `bulge_only` only bulges count.
 std::vector<double> dust_free_flux(const PlacedGalaxy& galaxy, const Camera& camera,
                                    const Spectrum& spectrum, bool bulge_only = false);
 
 /// Whether a galaxy of a sky view has at most 256 pixels across.
 bool is_small(const PlacedGalaxy& galaxy, const Camera& camera);
 
-/// Whether a galaxy can be a layer of the image, and be measured with its rays there. It is small,
-/// in a view without a grid of rays, and its pixels are rectangles of equal area. Its light takes
-/// at most 128 MiB while it is measured. None of its stars is drawn by itself.
+/// Whether a galaxy can be a layer of the image, and be measured with its rays there. The galaxy
+/// must be small (is_small()), in a view without a grid of rays, and its pixels must be rectangles
+/// of equal area. Its light must take at most 128 MiB while it is measured. None of its stars may
+/// be drawn individually.
 bool can_be_layer(const PlacedGalaxy& galaxy, const RenderParameters& parameters,
                   const Camera& camera);
 

@@ -188,8 +188,8 @@ class Medium {
   void evaluate(std::span<const std::span<const Hit>> hits_of_ray, std::span<const Cover> covers,
                 std::size_t variants, RayNodes& nodes, RenderCounts& counts) const;
 
-  /// Planes whose errors steer the refinement; of many planes, the bluest, the reddest and one
-  /// between.
+  /// Planes whose errors steer the refinement. Where there are many planes, they are the bluest,
+  /// the reddest and one between these.
   std::span<const std::size_t> steering() const { return steering_; }
   /// A galaxy's brightness, or 1 if it has none.
   double unit_of(int galaxy) const {
@@ -288,8 +288,8 @@ class Medium {
   std::vector<Spectra> spectra_;
   std::unique_ptr<double[]> weights_;
   std::unique_ptr<float[]> extinction_;
-  std::unique_ptr<std::atomic<bool>[]> is_ready_;  ///< [share] whether it is filled
-  std::unique_ptr<std::mutex[]> mutexes_;          ///< protect shares while they are filled
+  std::unique_ptr<std::atomic<bool>[]> is_ready_;  ///< [SharedSpectra] whether it is filled
+  std::unique_ptr<std::mutex[]> mutexes_;          ///< protect SharedSpectra that are filled
   /// Rank of each galaxy in an order that does not depend on the scene's rows.
   std::vector<int> rank_;
 };

@@ -31,7 +31,7 @@ class Renderer {
   Renderer(const RenderParameters& parameters, const Camera& camera,
            std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
            const TruthSettings& truth = {});
-  /// A renderer whose accuracy is not that of sampling.tolerance.
+  /// A renderer with this accuracy instead of that of sampling.tolerance.
   Renderer(const RenderParameters& parameters, const Accuracy& accuracy, const Camera& camera,
            std::shared_ptr<const Scene> scene, const Spectrum& spectrum,
            const TruthSettings& truth);
@@ -118,8 +118,8 @@ class Renderer {
   void add_pixel(int x, int y, int row, const GalaxyIndex::Found& near, Workspace& work,
                  LightSums& sums) const;
   /// Places the rays of a pixel: a fixed grid, or cells where the pixel is large compared with the
-  /// structure that it shows. With a grid, pixels about a cusp still have cells. `pixel` and `row`
-  /// are the samples' own.
+  /// structure that it shows. With a grid, pixels about a cusp still have cells. Each sample gets
+  /// this `pixel` and `row`.
   void place_samples(int x, int y, int pixel, int row, Workspace& work) const;
   /// Adds the rays of a cell, or divides the cell. `middle` is the ray through the cell's middle.
   void refine(const Sample& cell, const std::optional<Ray>& middle, Workspace& work) const;
@@ -163,13 +163,13 @@ class Renderer {
   void find_layers(const GalaxyIndex::Found& near, const ImageRegion& region, Workspace& work,
                    RenderCounts& counts) const;
   /// Share of a pixel's light that the dust of its layers takes from layers behind, in the plane
-  /// where it is largest. Resolved dust counts a third.
+  /// where this share is largest. Dust that pixels resolve counts by a third.
   double dimmed_share(int x, int y, const Workspace& work) const;
   /// Whether a galaxy may be a layer in pixels that it shares with small galaxies.
   bool may_be_layer(int galaxy) const;
   /// Finds the layers of a pixel, nearest first. Returns false where the pixel shows no sky or
-  /// needs rays through all its galaxies together. It needs them where all galaxies are large, one
-  /// may not be a layer, or two penetrate each other.
+  /// needs rays through all its galaxies together. Such rays are needed where all galaxies are
+  /// large, one may not be a layer, or two penetrate each other.
   bool find_in_pixel(int x, Workspace& work) const;
   /// Adds a pixel's layers, one behind the other. Returns false where the pixel needs rays through
   /// all its galaxies together: find_in_pixel() is false, or dimmed_share() exceeds
@@ -190,7 +190,7 @@ class Renderer {
   /// all stars are points.
   std::vector<double> times_white(const glm::dvec2& pixel, std::span<const double> flux,
                                   double area_scale) const;
-  /// Takes the share of each plane's light that the pixel (x, y) gets.
+  /// A function that takes the share of each plane's light that the pixel (x, y) gets.
   using TakeShares = std::function<void(int x, int y, std::span<const double> shares)>;
   /// Calls take() for the pixels that share the light of a star. `flux` is its light in each plane,
   /// in units of brightness times the pixel's area.

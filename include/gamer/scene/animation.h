@@ -46,8 +46,8 @@ class CameraPath {
 
   /// Throws InputError for a projection without a target, and for a fov or width that the
   /// projection lacks. Other errors are lists of different lengths, and times that do not ascend. A
-  /// frame's view must have a direction, with a level horizon one that is not too near to up.
-  /// Frames beyond the projection's fov or the range of numbers are errors, too.
+  /// frame's view must have a direction. With a level horizon, this direction must not be too near
+  /// to up. Frames beyond the projection's fov or the range of numbers are errors, too.
   explicit CameraPath(const RenderParameters& parameters);
 
   int frames() const { return frames_; }

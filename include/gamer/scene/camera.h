@@ -80,7 +80,8 @@ class Camera {
   /// Rows of one face of a view of the sphere; all rows of the image in other views.
   int face_rows() const { return sphere_ ? sphere_->face_rows() : height_; }
   /// The pixel that stands for (x, y), which lies a few pixels from the place `at`. Where a seam of
-  /// a view of the sphere lies between, it is the pixel that joins there; otherwise it is (x, y).
+  /// a view of the sphere lies between both, the result is the pixel that adjoins across the seam.
+  /// Otherwise it is (x, y).
   glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const;
   /// The pixel that holds the place `at`, which may lie beyond a seam.
   glm::ivec2 pixel_at(const glm::dvec2& at) const;

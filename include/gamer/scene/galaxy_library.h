@@ -54,7 +54,8 @@ class GalaxyLibrary {
   /// Makes later calls take galaxies that earlier scenes measured from this store.
   void reuse(std::shared_ptr<MeasuredGalaxies> measured) { measured_ = std::move(measured); }
   /// Whether all galaxies that were taken are measured for the footprints that a scene needs. If
-  /// not, the library forgets all its galaxies and takes no more: the scene is to be read again.
+  /// not, the library forgets all its galaxies and takes no more from the store. The scene must
+  /// then be read again.
   bool suffices(const std::map<const Galaxy*, FootprintRange>& needed);
   /// A function that keeps these galaxies for later scenes. Its argument gives the footprints for
   /// which each was measured. Empty without reuse().

@@ -56,8 +56,8 @@ struct PlacedGalaxy {
     return light_factors.empty() ? 1 : light_factors[emitter];
   }
   /// Whether the galaxy is rendered alone, and then laid over the objects behind it (GalaxyLayer),
-  /// in all its pixels. Other galaxies are so only in pixels that they share with such galaxies.
-  /// Every galaxy of fixed flux is a layer.
+  /// in all its pixels. Other galaxies are rendered alone only in pixels that they share with such
+  /// galaxies. Every galaxy of fixed flux is a layer.
   bool is_layer = false;
   /// Whether the stars of its star fields may be drawn one by one. Otherwise they are smooth light.
   bool draws_stars = true;

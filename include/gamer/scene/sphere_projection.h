@@ -40,7 +40,8 @@ class SphereProjection {
   /// Rows of a face; all rows where there is one face.
   virtual int face_rows() const { return height_; }
   /// The pixel that stands for (x, y), which lies a few pixels from the place `at`. Beyond a seam
-  /// of the face of `at` it is the pixel that joins there; beyond the edge of the map it is (x, y).
+  /// of the face of `at` the result is the pixel that adjoins across the seam. Beyond the edge of
+  /// the map it is (x, y).
   virtual glm::ivec2 neighbour(const glm::dvec2& at, int x, int y) const = 0;
   /// Whether neighbour() is another pixel for some (x, y) less than `reach` pixels from `at`.
   virtual bool is_near_seam(const glm::dvec2& at, double reach) const;

@@ -58,8 +58,8 @@ class Bandpass {
 std::shared_ptr<const Bandpass> parse_bandpass(std::string_view text, const std::string& label,
                                                const std::string& name);
 
-/// A file found through `resources` (kind "bandpasses", suffix ".band"). Throws InputError; for an
-/// unknown name (with near ones) it has no location, which the caller adds.
+/// A file found through `resources` (kind "bandpasses", suffix ".band"). Throws InputError. For an
+/// unknown name the message proposes similar names, and the caller adds the location.
 std::shared_ptr<const Bandpass> find_bandpass(const std::string& name, const std::string& beside,
                                               Resources& resources);
 /// Suffixes of files in `bandpasses/`.

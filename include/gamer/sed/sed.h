@@ -60,8 +60,8 @@ std::shared_ptr<const Sed> parse_sed(std::string_view text, const std::string& l
 ///
 /// They are defined at all wavelengths above 0. Where a ratio exceeds the largest double (cold
 /// blackbodies in the far infrared), that double replaces it. Throws InputError as parse_sed()
-/// does. For unknown names (with near ones) and bad arguments the error has no location, which the
-/// caller adds.
+/// does. For unknown names and bad arguments the error has no location, which the caller adds. For
+/// unknown names the message proposes similar names.
 std::shared_ptr<const Sed> find_sed(const std::string& name, const std::string& beside,
                                     Resources& resources);
 

@@ -12,8 +12,7 @@ namespace gamer {
 // The part of AssociationTexture that works on whole vectors: its inputs, and functions that run
 // the best instruction set of this machine. Arrays are those of batches (batch.h).
 
-/// Number of bits of a hash that choose one of a tier's different clumps, and number of these
-/// clumps.
+/// Number of bits of a hash that choose one of a tier's model clumps, and number of model clumps.
 constexpr int clump_bits = 9;
 constexpr std::size_t clump_count = std::size_t{1} << clump_bits;
 
@@ -65,8 +64,8 @@ struct ClumpShape {
   float tilt[2];   ///< e
 };
 
-// A clump fades while its random number is within this share of the occupancy, on either side of
-// it.
+// A clump is faded where its random number differs from the occupancy by less than this share of
+// the occupancy.
 constexpr float fade_range = 0.3f;
 
 // Largest occupancy of cells; above it clumps become brighter.
@@ -109,9 +108,9 @@ struct SurfaceDensity {
 void multiply_octave(std::size_t size, const float* noise, float contrast, float frequency,
                      const float* footprints, const float* before, float* out);
 
-/// Adds tier.share times (C - 1), times the share of it that the footprint resolves, to `sum`. C
-/// is the light of the tier's clumps relative to its mean; `complexes` is the part of the octaves
-/// that decides which cells are occupied.
+/// Adds share (C - 1) to `sum`, where `share` is the part of tier.share that the footprint
+/// resolves. C is the light of the tier's clumps relative to its mean; `complexes` is the part of
+/// the octaves that decides which cells are occupied.
 void add_clumps(const Points& points, const ClumpTier& tier, const SurfaceDensity& density,
                 const float* complexes, const float* footprints, float* sum);
 

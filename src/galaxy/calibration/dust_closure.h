@@ -20,9 +20,9 @@ struct DustClosureValues {
 inline constexpr double closure_footprint_ratio = std::numbers::sqrt3;
 inline constexpr double largest_closure_footprint = 1.0 / 9;
 
-/// Whether the closure of a galaxy is measured on fewer rays, since it has small clouds
-/// (Galaxy::most_cloud_points()). The light behind the dust then counts as if it were distributed
-/// as the dust, and the closure does not depend on other components.
+/// Whether the closure of a galaxy is measured on fewer rays, since the galaxy has small clouds of
+/// points (Galaxy::most_cloud_points()). The light behind the dust then counts as if it were
+/// distributed like the dust, and the closure does not depend on other components.
 bool is_coarse_closure(const Galaxy& galaxy);
 
 /// The light behind component c, which absorbs, where the rays of measure_dust_closure() meet the

@@ -12,8 +12,8 @@ inline constexpr double least_divisor = std::numeric_limits<double>::min();
 // Range of equally spaced nodes around a place, in lengths over which the density changes there.
 inline constexpr double layer_width = 1.5;
 
-// Lengths over which columns change, in e-folds. Scale heights (sech^2 of 5) beyond which columns
-// are negligible.
+// The length over which columns change, in e-folding lengths. The number of scale heights beyond
+// which columns are negligible, since sech^2(5) is small.
 inline constexpr double column_lengths = 2;
 inline constexpr double seen_heights = 5;
 

@@ -61,7 +61,7 @@ struct VeinParameters {
 ///        t_k = q (v - k n'/n + P + rho f(u_k)) + phase_k,   f(u) = u cot(angle) + curvature u^2,
 ///        q n'(1 + tan^2 p) spurs per turn, rho = |grad v|/|grad u|. The fade rises within the
 ///        arm, falls as (1 - (u_k/length)^2)^2, and vanishes where the pattern turns into a bar.
-/// The thesis takes the maximum of A and S in place of this smooth union.
+/// Bizard 2018 takes the maximum of A and S in place of this smooth union.
 ///
 /// N is the product of octaves clamp(1 + c noise/sigma, 0, 2), of mean 1. Large octaves are
 /// helical, on the lattice of a HelicalMap. Their cells are stretched along the spurs and grow with

@@ -77,8 +77,9 @@ constexpr std::size_t bytes_per_message = values_per_message * sizeof(double);
 constexpr std::size_t transfers = 2;
 
 // MPI's own waiting burns a core that a worker needs. A rank pauses for half of the time for which
-// no message has come. A look for messages takes 20 us of a core. The longest pause is long beside
-// that and short beside any part of a job. A rank without work makes shorter pauses.
+// no message has come. A look for messages takes 20 us of a core. The longest pause is long
+// compared with such a look, and short compared with any part of a job. A rank without work makes
+// shorter pauses.
 constexpr microseconds shortest_pause{20};
 constexpr microseconds longest_pause{4000};
 constexpr microseconds longest_idle_pause{1000};

@@ -14,7 +14,7 @@ inline constexpr std::int32_t fewest_nodes = 9;
 inline constexpr std::int32_t most_first_nodes = 129;
 inline constexpr std::int32_t most_nodes = 2 * most_first_nodes - 1;
 
-// Number of intervals of a piece. Every fourth node still makes a cubic.
+// Number of intervals of a piece. Every fourth node of a piece still suffices for a cubic.
 inline constexpr std::int32_t piece_intervals = 32;
 
 /// A sampler with nodes where components need them. The nodes of segments are doubled until the

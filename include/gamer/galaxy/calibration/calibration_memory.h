@@ -25,7 +25,7 @@ class CalibrationMemory {
   /// `numbers`, and zeros the rest.
   bool recall(const std::string& name, std::span<double> numbers);
   /// Keeps the numbers of a part; zeros at their end take no room. `is_measured` is false for
-  /// numbers that were not measured now, such as those of a cache. They do not count in measured().
+  /// numbers from another source, such as a cache. Such numbers do not count in measured().
   void keep(const std::string& name, std::span<const double> numbers, bool is_measured = true);
 
   /// Number of recalled parts, and number of parts kept after a measurement.

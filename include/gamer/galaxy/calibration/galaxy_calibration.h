@@ -11,7 +11,7 @@
 
 namespace gamer {
 
-/// The range of footprints of rays that see a galaxy, galaxy radii; by default all.
+/// The range of footprints of rays that see a galaxy, galaxy radii. The default is all footprints.
 struct FootprintRange {
   double narrowest = 0;
   double widest = HUGE_VAL;
@@ -19,8 +19,8 @@ struct FootprintRange {
   /// components are then more exact.
   bool sees_whole = false;
   /// Whether the mean of Phi over components that emit is needed. This mean is superfluous where
-  /// all rays of the galaxy together fix its light (PlacedGalaxy::light_factors). Scales of
-  /// textures are then those of the galaxy's reference.
+  /// all rays of the galaxy together fix its light (PlacedGalaxy::light_factors). Where this mean
+  /// is not needed, scales of textures are those of the galaxy's reference.
   bool needs_light_means = true;
 
   bool covers(const FootprintRange& other) const {

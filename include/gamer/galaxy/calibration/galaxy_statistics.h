@@ -61,7 +61,7 @@ class GalaxyStatistics {
   /// Ends a round after all its parts were taken. Throws InputError where a texture is zero or
   /// infinite.
   void finish(Round round);
-  /// Takes the closure that was measured on the galaxy's reference, if it has one.
+  /// Takes the closure that was measured on the galaxy's reference, if the galaxy has a reference.
   void adopt();
   /// Measures everything in this process, including the reference.
   void measure_all();
@@ -96,10 +96,10 @@ class GalaxyStatistics {
   }
   const std::vector<Part>& of(Round round) const { return parts_[static_cast<std::size_t>(round)]; }
   std::vector<Part>& of(Round round) { return parts_[static_cast<std::size_t>(round)]; }
-  /// Whether the texture of component c takes the statistics of its reference, which is measured
-  /// before. They are equal where both have one seed. In a galaxy of fixed flux a scale may be that
-  /// of another seed: the galaxy's own rays fix each component's light, and dust is divided by its
-  /// own mean.
+  /// Whether the texture of component c takes its statistics from the galaxy's reference, which is
+  /// measured first. Both textures have equal statistics where they have one seed. In a galaxy of
+  /// fixed flux a scale of another seed suffices. There the galaxy's own rays fix each component's
+  /// light, and dust is divided by its own mean.
   bool adopts_texture(std::size_t c) const;
   /// Throws std::logic_error where the reference is not measured.
   void adopt_texture(std::size_t c);
@@ -120,9 +120,9 @@ class GalaxyStatistics {
   std::size_t first_points() const;
   /// The relative error that the mean of component c's Phi at this footprint may have.
   double wanted_error(std::size_t c, double footprint) const;
-  /// wanted_error() for Component::texture_means(), rounded down to a power of 2. It does not
-  /// depend on the footprint, since such components emit. Most changes of light fractions thus
-  /// measure nothing again.
+  /// wanted_error() for Component::texture_means(), rounded down to a power of 2. The error does
+  /// not depend on the footprint, since components with such means emit light. A small change of
+  /// light fractions mostly leaves the rounded error as it is, so that nothing is measured again.
   double error_of_texture_mean(std::size_t c) const;
   /// Component c's share of the galaxy's light, for the error of its means; 1 for dust.
   double share(std::size_t c) const;

@@ -37,10 +37,10 @@ struct LayerShape {
 /// The base of disk, stars and dust: a layer wound along the arms,
 ///   envelope = (z0/h) sech^2((z - l)/h) f (1 - exp(-(m/inner)^4)) L taper (1 - Delta/pi)^A_w,
 ///   h = z0 exp(flare r),   L = 1 + lopsidedness r cos(phi - lopsided_angle),
-/// where f(m) is that of RadialLaw, exp(-r/rh) by default, and Delta in [0, pi] is the angle to the
-/// nearest arm centre theta(r) + offset_i + delta. The lift l(r, phi) is that of LayerWarp. Arms
-/// with courses of their own have the factor F of ArmCourses instead of the last factor. [GAMER
-/// Eqs. 11, 13, which have no hole, lift and taper]
+/// where f(m) is the profile of RadialLaw, exp(-r/rh) by default, and Delta in [0, pi] is the angle
+/// to the nearest arm centre theta(r) + offset_i + delta. The lift l(r, phi) is that of LayerWarp.
+/// Arms with courses of their own have the factor F of ArmCourses instead of the last factor.
+/// [GAMER Eqs. 11, 13, which have no hole, lift and taper]
 class Layer : public Component {
  public:
   /// Smallest scale height, limited by single precision of places along oblique rays. Columns at
@@ -88,8 +88,8 @@ class Layer : public Component {
   void envelope_at(const SampleBatch& batch, const float* heights, float* out) const;
   struct Cells;
   Cells cells(std::size_t radial, std::size_t azimuthal, std::size_t vertical) const;
-  /// Takes the points of a cloud from m and psi to r and the azimuth, and multiplies their weights
-  /// by h/z0.
+  /// Converts the points of a cloud from (m, psi) to (r, azimuth), and multiplies their weights by
+  /// h/z0.
   void place(SampleBatch& batch, BatchArray& weight) const;
   struct Path;
   /// Finds the part of a ray where the layer is bright; false where there is none.
@@ -112,8 +112,8 @@ class Layer : public Component {
   double texture_scale(double r) const;
   /// The scale length along the plane's minor axis, galaxy radii.
   double minor_length() const { return law_.length() * shape_.radial.axis_ratio; }
-  /// The scale of the envelope on rays that pass the centre at `closest` or more; `cosine` is that
-  /// of their angle to the mid-plane's normal.
+  /// The scale of the envelope on rays whose distance from the centre is at least `closest`.
+  /// `cosine` is the cosine of the angle between the rays and the mid-plane's normal.
   double crossing_scale(double cosine, double closest) const;
   /// column_scale() of a warped layer.
   ColumnScale warped_column_scale(const double nearest[3], const double direction[3],
@@ -135,7 +135,7 @@ class Layer : public Component {
   double steepest_winding_;  ///< steepest winding of the arms where the layer is bright
   double largest_shear_;
   double log_peak_;         ///< ln of law_.peak()
-  double texture_stretch_;  ///< largest stretch of the texture by the warp where it is bright
+  double texture_stretch_;  ///< largest stretch of the texture by the warp in the bright part
   mutable std::once_flag has_node_radius_;
   mutable std::vector<float> node_radius_;  ///< quantiles of law_ for clouds, made once needed
 };

@@ -63,8 +63,8 @@ class RadialLaw {
   double bright_extent() const;
   double bright_circle() const;
 
-  /// The places (m cos psi, m sin psi) of a vector (x, y, z): along the position angle, across it
-  /// times 1/q, and z.
+  /// Converts a vector (x, y, z) to (m cos psi, m sin psi, z). The first number is along the
+  /// position angle; the second is across it, times 1/q.
   void stretch(const double from[3], double to[3]) const;
   /// The radius r and the azimuth of the place with this m and psi.
   void place(double m, double psi, double& r, double& azimuth) const;

@@ -23,8 +23,8 @@ class Sampler {
 /// second order in the step. Overlapping galaxies use the smallest of their steps.
 std::unique_ptr<Sampler> make_uniform_sampler(const Medium& medium, double step);
 
-/// Largest number of nodes of a ray, over all its segments. The last halving may exceed this number
-/// by up to a factor of 2. RenderCounts::unconverged_rays counts rays that do not converge.
+/// Largest number of nodes of a ray, over all its segments. The last refinement may exceed this
+/// number by up to a factor of 2. RenderCounts::unconverged_rays counts rays that do not converge.
 constexpr int most_nodes_of_a_ray = 1 << 16;
 
 /// The trapezoidal rule in a coordinate that follows the envelopes. The nodes are doubled until the
