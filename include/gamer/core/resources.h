@@ -34,13 +34,13 @@ class Resources {
   /// Serves a record; never touches the disk.
   static Resources from_record(std::vector<Text> record);
 
-  /// The text of a named datum. `kind` is "galaxies" or "seds". `name` is a bare name or a file
-  /// name; `suffixes` are tried, e.g. ".toml". `beside` is the label of the file that names it. A
-  /// name with a '/' is a path relative to that file's folder and is searched nowhere else. The key
-  /// of the record is kind/name for a text found in `folders`. For a text found by path it is
-  /// kind/./path, kind/../path or kind//path. Equal names of different files thus stay apart.
-  /// Throws InputError without a location (the caller adds it), with near names if nothing is
-  /// found. Other errors are files that are not regular, are unreadable, exceed 1024 MiB or have
+  /// The text of a named datum. `kind` is a folder of data, such as "galaxies" or "seds". `name` is
+  /// a bare name or a file name; `suffixes` are tried, e.g. ".toml". `beside` is the label of the
+  /// file that names it. A name with a '/' is a path relative to that file's folder and is found
+  /// nowhere else. The key of the record is kind/name for a text found in `folders`. For a text
+  /// found by path it is kind/./path, kind/../path or kind//path. Equal names of different files
+  /// thus stay apart. Throws InputError without a location (the caller adds it). Its message
+  /// proposes similar names if nothing is found. Other errors are files that are not regular, are unreadable, exceed 1024 MiB or have
   /// NUL bytes.
   const Text& find(const std::string& kind, const std::string& name, const std::string& beside,
                    std::span<const std::string> suffixes);

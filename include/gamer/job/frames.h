@@ -55,8 +55,8 @@ std::optional<std::array<double, 8>> check_same_frame(const std::filesystem::pat
                                                       const Record& animation,
                                                       RenderParameters parameters);
 
-/// The number of frames that each rank should render alone: the largest equal number. All ranks
-/// share the rows of the other frames.
+/// The number of frames that ranks render alone: as many for each rank, and as many as possible.
+/// All ranks share the rows of the other frames.
 int frames_apart(int frames, int ranks);
 
 /// The tone (PictureTone::numbers()) of a frame's picture, on rank 0. The tone is measured on a

@@ -160,7 +160,7 @@ class LaneNodes {
 
  private:
   // Number of extra nodes that a rule by every fourth node needs. It needs one step behind its last
-  // node, and at the beginning its first four steps.
+  // node, and at the beginning its first four nodes.
   static constexpr std::int32_t beyond = 4, at_first = 13;
   static constexpr std::int32_t window = block + beyond;
 
