@@ -27,8 +27,8 @@ struct AddEdit {
   std::string kind;
 };
 /// Adds an [[arm]] behind the last one, at a free angle if the other arms have angles. In a file
-/// without [[arm]] the edit turns all arms of the pattern into tables, each with its angle, and adds
-/// none.
+/// without [[arm]] the edit turns all arms of the pattern into tables, each with its angle, and
+/// adds none.
 struct AddArmEdit {};
 struct CloneEdit {
   int index = 0;

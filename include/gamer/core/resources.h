@@ -40,8 +40,8 @@ class Resources {
   /// nowhere else. The key of the record is kind/name for a text found in `folders`. For a text
   /// found by path it is kind/./path, kind/../path or kind//path. Equal names of different files
   /// thus stay apart. Throws InputError without a location (the caller adds it). Its message
-  /// proposes similar names if nothing is found. Other errors are files that are not regular, are unreadable, exceed 1024 MiB or have
-  /// NUL bytes.
+  /// proposes similar names if nothing is found. Other errors are files that are not regular, are
+  /// unreadable, exceed 1024 MiB or have NUL bytes.
   const Text& find(const std::string& kind, const std::string& name, const std::string& beside,
                    std::span<const std::string> suffixes);
 
