@@ -88,7 +88,7 @@ double smooth_step(double t) {
   return t * t * (3 - 2 * t);
 }
 
-/// Numbers in [0, 1) of one arm.
+/// Random numbers in [0, 1) of one arm, a sequence for each purpose.
 class Draws {
  public:
   Draws(std::uint64_t seed, std::uint64_t purpose) : seed_(seed), purpose_(purpose) {}

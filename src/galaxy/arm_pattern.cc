@@ -83,13 +83,14 @@ constexpr double default_ringermacher_mead_scale = 1.0;
 
 constexpr std::size_t most_arms = 64;
 
-// Largest winding; the kernels' angles are accurate up to ten times this value (the largest twirl).
+// Largest winding. The kernels' angles are accurate up to ten times this value, since the largest
+// twirl is 10.
 constexpr double largest_winding = 800;
 
 // Radius of the logarithmic spiral's core, in units of its scale; the winding stops inside it.
 constexpr double logarithmic_core = 0.01;
 
-/// Refuses keys that the winding law of these values has no use for.
+/// Refuses keys that the winding law of these values does not use.
 void check_law(const ParameterSet& values, const ConfigNode* list) {
   const std::string& model = values.text("model");
   const auto reject = [&](const char* key, const std::string& need) {

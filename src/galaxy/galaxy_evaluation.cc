@@ -323,8 +323,8 @@ class Galaxy::Evaluation {
  public:
   Evaluation(const Galaxy& galaxy, const Points& points, float threshold, const RayBatch* rays,
              std::span<BatchArray> densities, EvaluationCounts& counts);
-  /// Evaluates the noise of followed components, wherever they or a follower matter, and that of
-  /// associations with their stars.
+  /// Evaluates the noise of followed components wherever they or a follower matter. Also evaluates
+  /// the noise of associations together with the noise of stars in their clumps.
   void begin();
   /// Turns the envelopes into densities.
   void finish(std::span<const double> deviations);
@@ -342,7 +342,7 @@ class Galaxy::Evaluation {
     const int place = galaxy_.early_[c];
     return place >= 0 ? &early_phi_[static_cast<std::size_t>(place)] : nullptr;
   }
-  /// Evaluates the noise of another component, for each of its variants.
+  /// Evaluates the noise of a component that begin() leaves out, for each of its variants.
   void evaluate_noise(std::size_t c, std::span<const double> deviations,
                       std::span<BatchArray> variants);
 

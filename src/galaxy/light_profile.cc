@@ -57,7 +57,7 @@ Column add_up(const Component& component, const Grid& grid, double r) {
   Column result;
   SampleBatch batch{};
   std::array<double, batch_capacity> weight{};
-  // Heights are those above the mid-plane of a warped component.
+  // Heights count from the mid-plane of a warped component.
   const auto lift = [&] {
     BatchArray lifted;
     component.lift(batch, lifted.data());

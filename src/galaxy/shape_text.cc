@@ -13,7 +13,7 @@ namespace gamer {
 namespace {
 
 /// Keys of [galaxy] and [[component]] that no texture depends on. An amplitude follows from the
-/// last three, and is part of the names of those measurements that depend on it.
+/// last three keys. It is part of the names of the measurements that depend on it.
 constexpr std::array<std::string_view, 7> other_keys = {
     "description", "sed", "extinction", "r_v", "intensity", "fraction", "optical_depth"};
 

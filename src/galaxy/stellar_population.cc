@@ -35,8 +35,8 @@ constexpr double rounding = 1e-12;
 // Largest width of a class in ln L.
 const double class_width = std::log(2);
 
-/// The integral of (L/unit)^p dlnL over [low, high], with a unit near both. Powers of the
-/// luminosities themselves could overflow.
+/// The integral of (L/unit)^p dlnL over [low, high], with a unit near `low` and `high`. Powers of
+/// the luminosities themselves could overflow.
 double log_power_integral(double p, double unit, double low, double high) {
   const double width = std::log(high / low);
   // ((high/unit)^p - (low/unit)^p)/p, also near p = 0.

@@ -165,13 +165,14 @@ double base_of(const NoiseShape::Parameters& p, double v) {
   return p.inverse ? std::max(std::abs(v), p.floor) : std::max(v, 0.0);
 }
 
-/// ShapeInput::expected, for each level of h and each s. It is a function of E[Phi] that is
-/// smoother in s. For the linear Theta this is E[Phi]^(1/alpha), which is nearly linear. For the
-/// inverse one it is log2 E[Phi], as E[Phi] is above 0.
+/// ShapeInput::expected, for each level of h and each s. An entry is a function of E[Phi] that is
+/// smoother in s than E[Phi] itself. For the linear Theta the function is E[Phi]^(1/alpha), which
+/// is nearly linear. For the inverse Theta it is log2 E[Phi], as E[Phi] is above 0.
 std::vector<float> make_table(const NoiseShape::Parameters& p) {
   const double power = power_of(p);
   std::vector<float> result(static_cast<std::size_t>(2 * (NoiseShape::levels - 1) * table_size));
-  // Phi from two table_end on either side, so that a normal deviate from any entry stays inside.
+  // Phi for s from -2 table_end to 2 table_end, so that a normal deviate from any entry stays
+  // inside.
   constexpr int margin = table_end * steps_per_sigma;
   std::vector<double> phi(static_cast<std::size_t>(table_size + 2 * margin));
   const auto v_at = [&](int x) {

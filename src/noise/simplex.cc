@@ -29,7 +29,7 @@ class SimplexKernel {
     const V third = hn::Set(d, 1.0f / 3.0f);
     const V sixth = hn::Set(d, 1.0f / 6.0f);
     // Products and sums are not fused, so that all targets round alike and find the same largest
-    // one.
+    // coordinate.
     const V skew = hn::Mul(hn::Add(hn::Add(x, y), z), third);
     const Cell<D> ci(d, hn::Add(x, skew));
     const Cell<D> cj(d, hn::Add(y, skew));

@@ -77,7 +77,8 @@ std::optional<FinishedBlock> WorkerPool::take() {
 
 std::optional<FinishedBlock> WorkerPool::take_for(std::chrono::microseconds timeout) {
   std::unique_lock lock(mutex_);
-  // The wait also serves a pool that has ended: a return at once would let its caller burn a core.
+  // A pool that has ended also waits: its caller asks again and again, and would otherwise occupy a
+  // core.
   result_or_end_.wait_for(lock, timeout, [this] { return !results_.empty(); });
   return take_first();
 }

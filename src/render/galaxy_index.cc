@@ -30,7 +30,7 @@ constexpr double half_diagonal = 0.75;
 // between them.
 constexpr double longest_chord = 0.5;
 
-// Distance from the upper edge of a face, which belongs to the next face.
+// Distance that rays keep from the upper edge of a face, since the edge belongs to the next face.
 constexpr double face_end = 1e-9;
 
 // Margin of a ball's radius and place, beyond rounding.

@@ -9,14 +9,16 @@
 
 namespace gamer {
 
-// The light of small galaxies: each alone in its pixels, then one behind the other. Where they meet
-// a large galaxy, it is added in the same way.
+// The light of small galaxies. Each galaxy is first rendered alone in its pixels, as a layer. The
+// layers are then combined, one behind the other. A large galaxy is a layer, too, where it meets
+// small ones.
 
 namespace {
 
 // Shortest half axis of a galaxy's ball, in pixels, from which on pixels resolve the galaxy's dust.
 constexpr double resolved_radius = 128;
-// Error of the dimming by such dust, relative to that by the dust of small galaxies.
+// Error of the dimming by resolved dust, relative to the error of the dimming by small galaxies'
+// dust.
 constexpr double resolved_share = 1.0 / 3;
 
 }  // namespace
@@ -211,7 +213,8 @@ void Renderer::find_layers(const GalaxyIndex::Found& near, const ImageRegion& re
       made = made.subspan(1);
     }
   };
-  // The measurement of fluxes has counted unconverged rays, whether it kept the layers or not.
+  // The measurement of fluxes has counted these galaxies' unconverged rays, whether it kept their
+  // layers or not.
   RenderCounts of_fixed;
   make(fixed, {}, of_fixed);
   of_fixed.unconverged_rays = 0;

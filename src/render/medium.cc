@@ -203,8 +203,8 @@ Medium::Medium(std::shared_ptr<const Scene> scene, std::shared_ptr<const Spectra
       star_fields_(std::move(fields)),
       accuracy_(accuracy),
       nodes_(basis_->size() + (dust_free ? 1 : 0)) {
-  // Spectra are sums of few components, so that errors in other planes lie between those of the
-  // bluest and the reddest plane.
+  // Spectra are sums of few components, so that errors in other planes lie between the errors in
+  // the bluest and the reddest plane.
   const std::vector<SpectralPlane>& planes = basis_->spectrum().planes;
   std::vector<std::size_t> order(planes.size());
   std::iota(order.begin(), order.end(), std::size_t{0});

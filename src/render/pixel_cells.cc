@@ -110,20 +110,22 @@ struct CellSizes {
     return {scale.envelope, scale.edge, std::max(ray_size * scale.texture, finest),
             std::max(cell_size * scale.texture, 2 * finest)};
   }
-  /// A cell of side h and brightness B has light B h^2. Its error is a constant share of it for an
-  /// unresolved texture, and a share ~ h^2 for a smooth envelope. For a given number of cells the
-  /// sum errs least with h ~ B^(-1/2) and h ~ B^(-1/4).
+  /// A cell of side h and brightness B has light B h^2. The light's error is a constant share for
+  /// an unresolved texture, and a share ~ h^2 for a smooth envelope. For a given number of cells
+  /// the sum errs least with h ~ B^(-1/2) and h ~ B^(-1/4), respectively.
   double relief(double brightness) const {
     return std::min(std::max(1.0, std::sqrt(faint / brightness)), most_relief);
   }
-  /// The side for which one ray suffices, and that for which Gauss' rule suffices without textures.
+  /// The side for which one ray suffices, and the side for which Gauss' rule suffices without
+  /// textures.
   double one_ray(const CellSides& sides) const {
     return std::min(smooth(sides, ray_size, 1), sides.texture_ray);
   }
   double gauss(const CellSides& sides) const { return smooth(sides, cell_size, 2); }
 
  private:
-  /// `share` of the scale; `rays` is the number of rays across such a length.
+  /// The side that is `share` of the scale, without textures; `rays` is the number of rays across
+  /// it.
   double smooth(const CellSides& sides, double share, double rays) const {
     return std::min(share * sides.envelope, std::max(share * sides.edge, rays * at_edges));
   }

@@ -19,7 +19,8 @@ namespace gamer {
 namespace {
 
 // Largest number of hits of rays that are integrated together. The nodes of a segment are stored
-// for each of its galaxies. Where thousands of galaxies overlap, this takes 40 kB for each.
+// for each of its galaxies. Where thousands of galaxies overlap on a ray, the nodes take 40 kB for
+// each of them.
 constexpr std::size_t most_hits_at_once = std::size_t{1} << 17;
 
 // Side, in pixels, of tiles for which galaxies are searched and rays are integrated together. Tiles

@@ -73,9 +73,10 @@ const LightWithin& light_within(double power) {
 /// The light of plane k, in units of white, is 1/(1 + (d/r_k)^p) (1 - (d/e)^2)^2 with p = 2/halo.
 /// It ends at e, star_halo_radii times the largest r_k. This is the aureole d^-p of a point, seen
 /// with a response that saturates at white. The radius r_k follows from the plane's light, so that
-/// all planes are white in the middle, and a red star becomes red outwards. Without a halo it is a
-/// disc. Four spikes along rows and columns leave the core and end with the halo. Near the white
-/// point part of the light is a point, so that stars do not jump as they brighten.
+/// all planes are white in the middle, and a red star becomes red outwards. Without a halo the star
+/// is a disc. Four spikes along rows and columns leave the core and end with the halo. If a star is
+/// hardly brighter than white, part of its light is a point, so that stars do not jump as they
+/// brighten.
 class StarProfile {
  public:
   /// `times` is the light of each plane, in units of one pixel of white; the largest exceeds 1.

@@ -29,8 +29,8 @@ double line_depth(double wavelength, double emission) {
 }
 
 /// Footnote 3 of the paper. Differences of powers are integrals over the redshifts of absorbers up
-/// to the source. They begin where the light has the wavelength of the Lyman limit, or at the
-/// observer.
+/// to the source. The integrals begin where the light has the wavelength of the Lyman limit, or at
+/// the observer.
 double continuum_depth(double wavelength, double emission) {
   const double limit = wavelength / lyman_limit;
   if (limit >= emission) return 0;

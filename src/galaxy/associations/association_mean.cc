@@ -18,8 +18,9 @@ namespace {
 // that the wanted error requires.
 constexpr std::size_t first_points = std::size_t{1} << 13;
 constexpr double points_margin = 1.5;
-// The chance error of a tier that counts by its mean, relative to the whole error. It is that of
-// equal clumps times the factor `clump_spread`, since they differ in their light and in M.
+// Largest chance error of a tier that counts by its mean, relative to the wanted error. Clumps
+// differ in their light and in M. Their chance error is therefore `clump_spread` times the chance
+// error of equal clumps.
 constexpr double tier_error = 0.3;
 constexpr double clump_spread = 2;
 // Largest number of cells of a tier whose clumps are looked for. Tiers of more cells, whose clumps
@@ -55,9 +56,8 @@ std::vector<Offset> profile_points(std::size_t count) {
   return points;
 }
 
-/// The n-th of the points of a clump, in its radii along the lattice's axes. Two of four pairs of
-/// points are in the halo and one is in each core. A point's light is therefore multiplied by 2 or
-/// 4.
+/// Point n of a clump, in radii of the clump along the lattice's axes. Two of four pairs of points
+/// are in the halo and one is in each core. A point's light is therefore multiplied by 2 or 4.
 Offset place_in_clump(const ClumpTier& tier, const AssociationClump& clump, std::size_t n,
                       Offset at) {
   const ClumpShape& shape = clump.shape;
@@ -130,7 +130,8 @@ class Means {
     return std::clamp(2 * pairs_of_parts * parts, fewest_points, most_clump_points);
   }
 
-  /// <M>, with an error that suits the share of the light by which it is multiplied.
+  /// <M>. It is multiplied by the share of the light outside visible clumps, and its error suits
+  /// this share.
   std::vector<double> means_of_octaves() const {
     const std::size_t first = std::min(first_points, most_points_);
     std::vector<std::size_t> all(widths_.size());

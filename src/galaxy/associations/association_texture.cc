@@ -22,18 +22,20 @@ using std::numbers::pi;
 // Largest ratio of diameters within a tier.
 constexpr double tier_ratio = 2;
 
-// Frequencies of a tier, times the largest radius of its clumps: the frequency that decides what
-// rays see, and that of the sharpest features.
+// Two frequencies of a tier, times the largest radius of its clumps. The first one decides which
+// share of the tier rays resolve. The second one is the frequency of the sharpest features.
 constexpr double seen_frequency = 2.2;
 constexpr double sharp_frequency = 1.0;
 
-// Nodes are denser by up to this factor where clumps of the last tier have radii above so many
-// footprints. Small clumps of a tier, in which fewer nodes lie, else have gaps in their images.
+// Nodes are denser by up to this factor where clumps of the last tier have radii above
+// refined_footprints footprints. Without denser nodes, images of a tier's small clumps, in which
+// fewer nodes lie, would have gaps.
 constexpr double most_refinement = 2.5;
 constexpr double refined_footprints = 4;
 
-// An oblique ray passes more clumps than a ray along the axis, and misses a clump more often. The
-// factor on its nodes is at least 1 + oblique_growth (1 - cosine)^2, up to most_oblique.
+// An oblique ray passes more clumps than a ray along the axis, and its nodes miss a clump more
+// often. The nodes are therefore denser by at least 1 + oblique_growth (1 - cosine)^2, up to
+// most_oblique.
 constexpr double oblique_growth = 6;
 constexpr double most_oblique = 2;
 
@@ -46,15 +48,16 @@ constexpr double cavity_growth = 1.5;
 // which cells of a tier are occupied, in diameters of its largest clump.
 constexpr double complex_wavelength = 2;
 constexpr double shortest_wavelength = 4;
-// Share of the layer's light, next to the plane, at whose heights clumps lie. Clumps further out
-// would be few and, relative to the envelope, very bright.
+// Clumps lie at the heights next to the plane that hold this share of the layer's light. Clumps
+// farther out would be few and, relative to the envelope, very bright.
 constexpr double layer_share = 0.96;
 
 // Offsets of lattices, cells.
 constexpr double largest_shift = 16;
 
-// The few points of a cloud may all lie between clumps. AssociationTexture's mean over all seeds,
-// 1, then counts until association_means() gives that of the seed.
+// A cloud whose few points all lie between clumps is no error, and needs no message.
+// AssociationTexture's mean over all seeds, 1, then counts until association_means() gives the mean
+// of the seed.
 constexpr const char* no_message = nullptr;
 
 /// The integral of x^power over [least, most].
@@ -63,7 +66,7 @@ double power_integral(double power, double least, double most) {
   return (std::pow(most, power + 1) - std::pow(least, power + 1)) / (power + 1);
 }
 
-/// The x in [least, most] below which the share u of that integral lies.
+/// The x below which the share u of the integral of x^power over [least, most] lies.
 double power_quantile(double power, double least, double most, double u) {
   if (std::abs(power + 1) < 1e-9) return least * std::pow(most / least, u);
   const double low = std::pow(least, power + 1), high = std::pow(most, power + 1);

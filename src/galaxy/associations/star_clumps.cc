@@ -17,10 +17,11 @@
 namespace gamer {
 namespace {
 
-// Places in a clump that give its bound. Their density is q^3.
+// Number of places in a clump whose largest value gives the clump's bound. The places have the
+// density q^3.
 constexpr std::size_t places_of_clump = 64;
 // Margin of the bound, since D and M vary between these places. M has many scales: fewer places or
-// a smaller margin lose stars where it is large.
+// a smaller margin would lose stars where M is large.
 constexpr double bound_margin = 1.5;
 // Clumps count as absent where their random number exceeds this factor times the occupancy at their
 // centre. The factor is a margin, since the octaves vary across a clump.
@@ -54,7 +55,7 @@ double tilt_bound(const ClumpShape& shape) {
   return 1 + std::abs(double{shape.tilt[0]}) + std::abs(double{shape.tilt[1]});
 }
 
-/// Volume integral of a part of K, for the halo that of an upper bound.
+/// Volume integral of a part of K. For the halo it is the integral of an upper bound.
 double light_of_part(const ClumpTier& tier, const AssociationClump& clump, int part) {
   const double volume = clump.radius * clump.radius * clump.radius;
   if (part == halo) {
@@ -65,8 +66,8 @@ double light_of_part(const ClumpTier& tier, const AssociationClump& clump, int p
   return share * volume * cores_volume * double{tier.cores[clump.model]};
 }
 
-/// The place of a part where the ball has the place `at`, in radii of the clump along the lattice's
-/// axes.
+/// The place in a part of a clump that corresponds to the place `at` in the unit ball. The result
+/// is in radii of the clump along the lattice's axes.
 ClumpPlace place_in_part(const ClumpTier& tier, const AssociationClump& clump, int part,
                          ClumpPlace at) {
   if (part != halo) {
@@ -145,7 +146,7 @@ void StarClumps::find_sources(std::size_t tier) {
     for (const Source& source : batch) {
       const AssociationClump& clump = source.clump;
       for (const ClumpPlace& at : places) {
-        // Every second place is that of its column which is nearest to the mid-plane.
+        // Every second place moves along its column to where the clump is nearest to the mid-plane.
         const double half = std::sqrt(1 - at.x * at.x - at.y * at.y);
         const double up =
             owners.size() % 2 == 0 ? at.z : std::clamp(-clump.z / clump.radius, -half, half);

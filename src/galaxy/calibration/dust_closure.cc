@@ -47,8 +47,8 @@ struct DustRays {
   /// Depths along the rays, by variants: [variant * batches + b].
   std::vector<BatchArray> depths(std::size_t width, double coherence,
                                  std::span<const double> deviations) const;
-  /// Mean of `term`(depth) over rays and variants, by area or also by the light where the ray meets
-  /// the plane.
+  /// Mean of `term`(depth) over rays and variants. Rays are weighted with their area and, if
+  /// `by_light`, also with the light where they meet the plane.
   template <class Term>
   double mean(const std::vector<BatchArray>& values, bool by_light, Term&& term) const;
   double amount(const std::vector<BatchArray>& values) const {
@@ -110,8 +110,8 @@ double DustRays::mean(const std::vector<BatchArray>& values, bool by_light, Term
   return all.term / all.weight;
 }
 
-/// Adds the light behind places in the plane of a galaxy seen face-on, half of the components'
-/// columns. A coarse measurement of component c takes light that follows the dust instead.
+/// Adds up the light behind places in the plane of a galaxy seen face-on: half of each component's
+/// column. A coarse measurement takes light that follows the dust of component c instead.
 void add_light(const Galaxy& galaxy, std::size_t c, WeightedBatch& at, BatchArray& light) {
   const Component* const dust = galaxy.components()[c].get();
   const bool is_coarse = is_coarse_closure(galaxy);

@@ -19,11 +19,12 @@
 namespace gamer {
 namespace {
 
-// Number of points of the first cloud over which a texture's statistics are taken. If independent
-// points would need more for a mean of error Accuracy::mean_error, the mean is taken over a larger
-// cloud. Few points show this need only roughly, so that the larger cloud has a minimum size and a
-// margin. A component with a share f of the light may have f^(-1/2) times this error. The errors of
-// all components together are then Accuracy::mean_error of the galaxy's light.
+// Number of points of the first cloud, over which a texture's statistics are taken. It also shows
+// how many independent points give a mean of the wanted error, Accuracy::mean_error. If the first
+// cloud has fewer points, the mean is taken over a larger cloud. Few points show the wanted number
+// only roughly, so that the larger cloud has a minimum size and a margin. A component with a share
+// f of the light may have f^(-1/2) times the wanted error. The errors of all components together
+// are then Accuracy::mean_error of the galaxy's light.
 constexpr std::size_t first_cloud = std::size_t{1} << 13;
 // Divisor of first_cloud where a rough mean suffices.
 constexpr std::size_t rough = 8;
@@ -44,13 +45,13 @@ constexpr std::size_t slice_batches = 128;
 constexpr double widest_mean = 0.5;
 constexpr double mean_ratio = std::numbers::sqrt2;
 // Number of places at which the largest Phi of a star field is searched, and the margin above the
-// largest found. Tests find no light beyond the margin at 200000 places.
+// largest Phi found there. Tests find no light beyond the margin at 200000 places.
 constexpr std::size_t peak_places = std::size_t{1} << 14;
 constexpr double peak_margin = 1.35;
-// The largest Phi is searched before Phi is divided by its mean. For means from this one to twice
-// this one it counts as it is; other means multiply it by a power of 2. The margin thus is at least
-// 0.9 peak_margin. Drawn stars depend on the largest Phi, and hardly change with the error of the
-// mean, which depends on the tolerance.
+// The largest Phi is searched before Phi is divided by its mean. It counts as found if the mean is
+// between peak_mean and twice peak_mean, and is else multiplied by a power of 2. The margin thus is
+// at least 0.9 peak_margin. Drawn stars depend on the largest Phi. They hardly change with the
+// error of the mean, which depends on the tolerance.
 constexpr double peak_mean = 0.9;
 // Range of these places in scale lengths and heights.
 constexpr double bright_lengths = 4;
@@ -354,7 +355,7 @@ void GalaxyStatistics::adopt_texture(std::size_t c) {
 void GalaxyStatistics::normalise(std::size_t c) {
   if (is_normalised_[c] || component_at(c).texture() == nullptr) return;
   if (adopts_texture(c)) return adopt_texture(c);
-  // The statistics include those of the followed component.
+  // The statistics include Phi of the followed component, whose texture is normalised first.
   if (galaxy_.followed(c) >= 0) normalise(static_cast<std::size_t>(galaxy_.followed(c)));
   Component& component = *galaxy_.components()[c];
   FractalNoise::Factor factor;

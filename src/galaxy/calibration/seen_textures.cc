@@ -77,7 +77,7 @@ void SeenTextures::phi_of_followed(std::size_t c, const Points& points, float* o
 
 Points SeenTextures::turn_to_followed(std::size_t c, const Points& points, BatchArray& x,
                                       BatchArray& y, BatchArray& z) const {
-  // The cloud is turned by this component's twirl; the followed noise has its own.
+  // The cloud is turned by this component's twirl; the followed noise has a twirl of its own.
   const Texture* texture = at(c).texture();
   const double twirl = texture != nullptr ? texture->twirl() : 0.0;
   const double followed_twirl = followed_by(c).texture()->twirl();

@@ -136,8 +136,9 @@ constexpr double sloped_lengths = 4;
 // Radius outside which the steepest winding sets the texture's frequency.
 constexpr double twirl_core = 0.1;
 
-/// The side of `count` cubes that fill a box. In a thin box it is the side of squares that fill its
-/// widest face, or the length of pieces of its longest edge.
+/// The side of `count` cubes that fill a box. In a thin box it is the side of `count` squares that
+/// fill the widest face. In a thin and narrow box it is the length of `count` pieces of the longest
+/// edge.
 double cell_side(std::array<double, 3> extents, double count) {
   std::ranges::sort(extents);
   const auto [thin, middle, longest] = extents;
@@ -435,7 +436,7 @@ Cloud Layer::cloud(std::size_t size) const {
 
 ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
   ColumnCloud result;
-  // Heights have equal shares of sech^2, for the height where the layer is bright.
+  // Heights have equal shares of sech^2, for the scale height where the layer is bright.
   const double length = law_.bright_extent();
   const double circle = law_.bright_circle();
   const double h = shape_.z0 * shape_.flare_at(std::min(circle / (2 * pi), 1.0));
@@ -460,7 +461,7 @@ ColumnCloud Layer::columns(std::size_t size, std::size_t heights) const {
     for (std::size_t i = 0; i < batch.size; ++i) {
       batch.x[i] = samples.r[i] * std::cos(samples.azimuth[i]);
       batch.y[i] = samples.r[i] * std::sin(samples.azimuth[i]);
-      // The columns' weights exclude the factor of the height.
+      // A weight of DrawCloud() has the height's factor 1/(1 - v^2), which columns do not need.
       batch.weight[i] *= 1 - share[i] * share[i];
     }
   }

@@ -24,7 +24,7 @@ constexpr double hole_width = 0.5;
 // unnoticed.
 constexpr double nodes_per_period = 2;
 
-// Largest product of frequency and footprint of octaves that nodes follow; four fifths of this
+// Nodes follow octaves up to this product of frequency and footprint, at which four fifths of an
 // octave are resolved. Finer octaves are faint, and doubled nodes find them.
 constexpr double seen_cycles = fade_begin + 4 * (fade_end - fade_begin) / 15;
 
@@ -34,11 +34,11 @@ constexpr double seen_lengths = 9;
 // Length over which a texture's columns change, in its periods.
 constexpr double texture_periods = 0.35;
 
-// Size of the cusp of exp(-r/rh) at the axis, in scale lengths. Length over which the profile of
-// arms changes, in its e-folding lengths. Where this length is below finest_arm galaxy radii there
-// is little light.
+// Size of the cusp of exp(-r/rh) at the axis, in scale lengths.
 constexpr double cusp_lengths = 0.5;
+// Length over which the profile of arms changes, in its e-folding lengths.
 constexpr double arm_lengths = 1;
+// Smallest such length that counts, in galaxy radii. There is little light where arms are finer.
 constexpr double finest_arm = 1.0 / 96;
 
 // Width of a hole's rim as a share of its radius.

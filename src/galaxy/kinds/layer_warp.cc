@@ -84,8 +84,9 @@ double LayerWarp::lift(double x, double y) const {
 }
 
 double LayerWarp::steepest(double r) const {
-  // The slope along r is that of u^power sin(), and the slope along the azimuth that of u^power
-  // cos()/r. The first has the larger factor. The twist adds to the slope along r.
+  // The slope along r is the derivative of u^power, times a sine. The slope along the azimuth is
+  // u^power/r, times the cosine. The factor of the sine is the larger one. The twist adds to the
+  // slope along r.
   if (!(r > begin) && power > 1) return 0;
   const double u = std::max(r - begin, 0.0) / (1 - begin);
   return height * std::pow(u, power - 1) * (power / (1 - begin) + u * std::abs(twist));

@@ -55,8 +55,9 @@ HWY_INLINE V SeenBy(D d, V footprint, V inverse_radius, const SeenInput& in) {
   return Smoothstep(d, hn::Sub(hn::Set(d, static_cast<float>(fade_end) * slope), cycles));
 }
 
-/// radial - step turns, both rounded to a grid on which coordinates before and after a turn differ
-/// by exactly `step`: `shifted` is radial + magic. Differences of numbers on the grid are exact.
+/// radial - step turns, with `shifted` = radial + magic. Both terms are rounded to a grid on which
+/// coordinates before and after a turn differ by exactly `step`. Differences of numbers on the grid
+/// are exact.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V Unwound(D d, V shifted, V turns, float step, V magic) {
   return hn::Sub(shifted, hn::MulAdd(turns, hn::Set(d, step), magic));
@@ -210,8 +211,8 @@ HWY_INLINE SpurPlace<V> PlaceSpur(D d, V k, V away, V turns, V ratio, V v, V bar
                                   const VeinInput& in) {
   const hn::RebindToUnsigned<D> du;
   const V one = hn::Set(d, 1.0f);
-  // Number of turns after which arm m is arm k. The number increases by one where the azimuth
-  // decreases by a turn.
+  // Arm k is arm m after `around` turns. This number increases by one where the azimuth decreases
+  // by a turn.
   const V around = hn::Floor(hn::Mul(hn::Add(k, hn::Set(d, 0.5f)), hn::Set(d, in.inverse_count)));
   const V m = hn::NegMulAdd(around, hn::Set(d, in.count), k);
   const V arm_turns = hn::MulAdd(m, hn::Set(d, in.inverse_count), hn::Add(turns, around));
@@ -232,8 +233,8 @@ HWY_INLINE SpurPlace<V> PlaceSpur(D d, V k, V away, V turns, V ratio, V v, V bar
   return {t, hn::Mul(hn::Mul(fade, bar), hn::Mul(vigour, hn::Set(d, in.strength)))};
 }
 
-/// The widening of a spur, as a variance. `spread` and `rest` are the variances for structure of
-/// gradient 1 from the footprint and from the hidden displacement.
+/// The widening of a spur, as a variance. `spread` and `rest` are the variances by which the
+/// footprint and the hidden displacement widen structure of gradient 1.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V SpurWidening(D d, V away, V ratio, V spread, V rest, const VeinInput& in) {
   const V steepness =
@@ -287,8 +288,7 @@ void Veins(std::size_t size, const SpiralBatch& spiral, const float* footprints,
     const auto magic = hn::Set(d, in.magic);
     const auto radial = hn::Add(hn::Load(d, spiral.u_radial.data() + i), shift);
     const auto u = Unwound(d, hn::Add(radial, magic), turns, in.count, magic);
-    // The widening of structure of gradient 1 by the footprint, and by the rest of the
-    // displacement.
+    // Variances by which the footprint and the hidden displacement widen structure of gradient 1.
     auto spread = hn::Zero(d);
     auto rest = hn::Zero(d);
     if (is_widened) {

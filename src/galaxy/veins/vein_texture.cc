@@ -416,8 +416,9 @@ void VeinTexture::multiply(Batch& batch, std::uint64_t& evaluations) const {
   }
 
   const Noise& kind = *parameters_.small_kind;
-  // Octaves that all points resolve begin the product. Factors and their order do not depend on
-  // this, to the last bit, so that a point does not depend on other points.
+  // The product begins with the octaves that all points resolve. Their number affects neither the
+  // factors, to the last bit, nor their order. The value at a point therefore does not depend on
+  // other points.
   BatchArray value;
   std::size_t whole = 0;
   if (parameters_.clumpiness == 1) {
@@ -517,7 +518,8 @@ std::vector<BatchArray> VeinTexture::phi(std::span<const WeightedBatch> cloud) c
 }
 
 void VeinTexture::take_frequency(std::span<const WeightedBatch> cloud) {
-  // Cycles per radius from the mean square of the gradient over that of the fluctuation.
+  // Cycles per radius, from the mean square of the gradient divided by the mean square of the
+  // fluctuation.
   const double shift = 0.1 / finest_;
   const std::vector<BatchArray> here = phi(cloud);
   double gradients = 0, weights = 0;

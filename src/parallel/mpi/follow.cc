@@ -40,7 +40,7 @@ bool is_zero(std::span<const double> values) {
   return true;
 }
 
-/// The blocks that a rank was given and has not begun. Once closed it takes no more.
+/// The blocks that a rank was given and has not begun. A closed queue takes no more blocks.
 class BlockQueue {
  public:
   void push(RowRange range) {

@@ -13,8 +13,8 @@ namespace {
 
 // Optical depth beyond which relative errors need not decrease further.
 constexpr double deepest = 80;
-// Error of a ray that seeks the optical depth, relative to that of a ray's light. No mean over many
-// rays makes it smaller.
+// Error of a ray that seeks the optical depth, relative to the error of a ray's light. No mean over
+// many rays reduces the error of the depth.
 constexpr double depth_error = 0.05;
 // Largest number of pieces of a ray.
 constexpr std::int32_t most_pieces = most_nodes_of_a_ray / piece_intervals;
@@ -240,8 +240,8 @@ void AdaptiveSampler::integrate_pieces(AdaptiveWorkspace& ws) const {
   ws.no_variants.assign(level.segment.size(), 0);
   static constexpr double alone[] = {1.0};
   for (std::size_t v = level.variants; v-- > 0;) {
-    // A piece without variants has one result. The last pass is that of the first variant, and sets
-    // this result.
+    // A piece without variants has one result. The last pass, for the first variant, sets this
+    // result.
     ws.result.clear();
     for (std::size_t i = 0; i < level.segment.size(); ++i) {
       const auto shift = level.has_variants[i] != 0 ? static_cast<std::int32_t>(v) : 0;

@@ -106,8 +106,8 @@ class Map {
     inverse_rho = hn::Div(one, rho);
   }
 
-  /// Finds s with u(s) - u(begin) = `u`, for the first focus alone, and 1/rho at s. The error is
-  /// that of begin's asinh times hypot(width, s - centre).
+  /// Finds s with u(s) - u(begin) = `u`, for the first focus alone, and 1/rho at s. The error of s
+  /// is the error of begin's asinh times hypot(width, s - centre).
   HWY_INLINE void invert(D d, V u, V& s, V& inverse_rho) const {
     const V one = hn::Set(d, 1.0f), half = hn::Set(d, 0.5f);
     const V grown = Exp(d, hn::Div(hn::Add(u, start_), load(0, product)));

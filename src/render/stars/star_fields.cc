@@ -161,7 +161,8 @@ StarFields::StarFields(const Scene& scene, const Camera& camera, double stars_pe
       const bool is_shown = std::as_const(*components[c]).amplitude() > 0;
       if (placed.draws_stars && is_shown && stars_per_pixel > 0)
         set_limit(scene, camera, stars_per_pixel, field);
-      // Clumps are made here by all threads; threads that draw would wait for one of them.
+      // All threads together make the clumps here. While drawing, one thread would make them and
+      // the others would wait.
       if (!std::isinf(field.limit)) stars->clumps();
       if (std::isinf(field.limit)) {
         field.parts = {{std::shared_ptr<const Sed>(placed.galaxy, stars->sed()), {}}};

@@ -53,8 +53,8 @@ struct StarPainter::Batch {
   std::vector<double> flux, dust_free, mixed;
 
   Line& line_of(std::size_t segment) { return lines[static_cast<std::size_t>(segments[segment])]; }
-  /// Places the first nodes of the segments, or those half way between existing nodes. Returns
-  /// their number.
+  /// Places the first nodes of the segments, or new nodes half way between existing ones. Returns
+  /// the number of placed nodes.
   std::int32_t place_nodes(bool is_first);
   /// Refines the lines' columns with the integrals over the added nodes.
   void refine(bool is_first);
@@ -351,9 +351,9 @@ void StarPainter::find_depths(std::span<const int> dusty, Batch& batch,
 
 void StarPainter::measure_columns(Batch& batch, RenderCounts& counts) const {
   const Accuracy& accuracy = medium_.accuracy();
-  // Columns use the trapezoidal rule over the map's u, in which densities are smooth, with all
-  // nodes and with every second node. Both together give Simpson's rule. The line may end at any
-  // density.
+  // Columns use the trapezoidal rule over the map's u, in which densities are smooth. The rule by
+  // all nodes and the rule by every second node together give Simpson's rule. The line may end at
+  // any density.
   constexpr double fewest_quarters = 2, most_intervals = 8192;
   for (std::size_t r = 0; r < batch.lines.size(); ++r) {
     Batch::Line& line = batch.lines[r];
