@@ -27,7 +27,8 @@ constexpr double shortest_wavelength = 912.0;
 const Interval r_v_interval = Interval::closed(2, 6);
 
 /// Wavelength of V in the check of a file, and the curve's largest deviation from 1 there.
-/// Definitions of V differ by about 50 Angstrom, and A(lambda) changes by 0.03 % per Angstrom.
+/// Definitions of V differ by about 50 Angstrom, and A(lambda) changes by 0.02 % per Angstrom
+/// where R_V = 3.1.
 constexpr double v_wavelength = 5500.0;
 constexpr double v_tolerance = 0.05;
 

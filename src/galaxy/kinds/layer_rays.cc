@@ -48,8 +48,9 @@ constexpr double rim_width = 0.6;
 constexpr double seen_widths = 6;
 constexpr double nodes_per_ring_width = 1.2;
 
-/// The largest distance along a ray from the plane to the layer's brightest place, which is on the
-/// side of the axis. There the derivatives of 2 ln cosh(z/z0) and of r/rh along the ray balance.
+/// The distance along a ray from the plane to the layer's brightest place, which is on the side of
+/// the axis, for distances below the scale height. At this place the derivatives of 2 ln cosh(z/z0)
+/// and of r/rh along the ray balance.
 /// `along` and `across` are the scale lengths and heights that the ray passes per unit of length.
 double brightest_shift(double along, double across) { return 0.5 * along / (across * across); }
 
