@@ -49,8 +49,8 @@ constexpr double seen_widths = 6;
 constexpr double nodes_per_ring_width = 1.2;
 
 /// The distance along a ray from the plane to the layer's brightest place, which is on the side of
-/// the axis, for distances below the scale height. At this place the derivatives of 2 ln cosh(z/z0)
-/// and of r/rh along the ray balance.
+/// the axis. It holds for heights below z0. At this place the derivatives of 2 ln cosh(z/z0) and of
+/// r/rh along the ray balance.
 /// `along` and `across` are the scale lengths and heights that the ray passes per unit of length.
 double brightest_shift(double along, double across) { return 0.5 * along / (across * across); }
 
