@@ -185,7 +185,7 @@ BoundTable radial_keys(RadialShape& p) {
           {p.ring_radius, "ring_radius", "galaxy radii", Interval::right_open(0, 1).usual(0, 0.9),
            "radius of a ring in place of the exponential; 0 for none"},
           {p.ring_width, "ring_width", "galaxy radii",
-           Interval::closed(least_width, 1).usual_logarithmic(0.005, 0.3),
+           Interval::closed(least_width, 1).usual_logarithmic(0.002, 0.3),
            "standard deviation of the ring's profile"},
           without_default({p.ring_outer_width, "ring_outer_width", "galaxy radii",
                            Interval::closed(least_width, 1).usual_logarithmic(0.005, 0.5),
