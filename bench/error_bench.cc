@@ -1,8 +1,8 @@
 // Error against time on scenes/bench_spiral for settings of both samplers, as a table in Markdown.
-// The error is the rms relative one over pixels above 1 % of the peak, against tolerance 1e-5, in
-// the worst of three planes. Times are microseconds per pixel, the least of two runs. They are
-// measured with 1, 3 and 30 wavelengths in one thread, and with 3 in two threads and for each SIMD
-// target.
+// The error is the rms relative difference from an image of tolerance 1e-5, over pixels above 1 %
+// of the peak, in the worst of three planes. Times are microseconds per pixel, the least of two
+// runs. They are measured with 1, 3 and 30 wavelengths in one thread. For 3 wavelengths they are
+// also measured in two threads and for each SIMD target.
 
 #include <fmt/format.h>
 

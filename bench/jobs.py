@@ -4,12 +4,12 @@
     bench/jobs.py PROGRAM [--launcher mpirun] [--scenes a,b] [--size N] [--repeat 3] > jobs.json
 
 Each shipped scene (or those named) larger than 256 x 256 pixels runs in one thread and in two, and with four times
-the pixels. With a launcher it runs on two ranks, too. A field of galaxies follows, and ten times as many that cover
-an equal area. Each time is the least of --repeat.
+the pixels. With a launcher it runs on two ranks, too. Then come a field of galaxies, and a field of ten times as many
+galaxies that cover an equal area. Each time is the least of --repeat.
 
 - `wall` compares clocks, which needs a machine without other work.
 - `inside` leaves out the start and end of the program and of MPI.
-- `cpu` compares processor times. Two threads cannot be faster than twice that ratio.
+- `cpu` compares processor times. The speed-up by two threads cannot exceed twice their `cpu` ratio.
 """
 
 import argparse

@@ -169,7 +169,8 @@ Cell polar(bool identified) {
 // Cells of cell noise along a tile.
 constexpr float cells_across = 12;
 
-/// The three numbers of the cells `right` and `up` of those of the points.
+/// The three numbers of a cell for each point. The cell is `right` cells to the right of the
+/// point's own cell, and `up` cells above it.
 void cell_numbers(const Points& points, int right, int up, Colour& out) {
   BatchArray x, y;
   for (std::size_t i = 0; i < points.size; ++i) {
@@ -184,8 +185,9 @@ void cell_numbers(const Points& points, int right, int up, Colour& out) {
                           arrays);
 }
 
-/// Calls visit(i, distance, numbers) for each point and each of nine cells: the distance, in cells,
-/// of the point that two numbers place in the cell.
+/// Calls visit(i, distance, numbers) for each point i, and for its own cell and the eight cells
+/// around it. The first two numbers of a cell place a mark in it. `distance`, in cells, is the
+/// distance from point i to this mark.
 template <typename Visit>
 void visit_cells(const Points& points, Visit&& visit) {
   Colour numbers;
@@ -214,7 +216,7 @@ void stars(const Points& points, float* out) {
   });
 }
 
-/// Each point takes the colour of the nearest of the cells' points.
+/// Each point takes the colour of the nearest mark of the cells.
 void mosaic(const Points& points, Colour& out) {
   BatchArray nearest;
   std::fill_n(nearest.data(), points.size, HUGE_VALF);

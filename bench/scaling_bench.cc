@@ -56,7 +56,7 @@ struct Workload {
 
 struct Outcome {
   double wall = 0;     ///< from the first row to the last that is written
-  double largest = 0;  ///< block
+  double largest = 0;  ///< seconds of the largest block
   double server = 0;   ///< seconds that rank 0 hands out, receives and writes
   double tail = 0;     ///< mean time for which ranks wait for the last
   std::size_t blocks = 0;

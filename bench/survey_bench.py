@@ -52,7 +52,7 @@ PARAMETERS = SOURCE / "scenes" / "survey_field.par"
 SCENE = SOURCE / "scenes" / "survey_field.lst"
 # Inclinations are in degrees.
 ANGLES = (0, 40, 60, 75, 85, 88)
-# Width of a cell in radii of the largest galaxy, which fills two of them.
+# Width of a cell in radii of the largest galaxy. The galaxy's diameter takes 2 of these 2.4 radii.
 CELL = 2.4
 # Additional pixels of a cell, one of which serves a galaxy's place within its pixel.
 MARGIN = 4
@@ -60,7 +60,7 @@ MARGIN = 4
 ZERO_POINT = 31.4
 # Pixels of the reference along each side of a pixel.
 FINER = 8
-# Least light of a pixel whose error counts, in shares of a galaxy's peak.
+# Only errors of pixels above this share of a galaxy's peak count.
 LEAST_LIGHT = 0.01
 # FWHM of the seeing, arcsec.
 SEEING = 0.7

@@ -1,4 +1,4 @@
-// Arms of their own, [[arm]]: tools that add, clone, delete and move them.
+// Tools that add, clone, delete and move arms of their own, the tables [[arm]].
 
 import {h, tool} from './dom.js';
 

@@ -6,7 +6,7 @@ import {unpackSlices} from './framing.js';
 import {march} from './draft_shader.js';
 import {basis, isFlat, scale, subtract} from './view.js';
 
-const size = 224;           // nodes in the plane of the disk
+const size = 224;           // nodes along each axis in the plane of the disk
 const pauseMs = 220;        // without motion, after which a render is asked for
 const frameMs = 30;         // of a draft
 const stride = 1;           // nodes between two points of a ray

@@ -6,14 +6,15 @@ export function sharing(components) {
       typeof component.values.fraction === 'number' && component.values.active !== false ? [i] : []);
 }
 
-/// Whether the shares must sum to 1: no component of light has an intensity instead, given or not.
+/// Whether the shares must sum to 1. They must where every active component of light has a share;
+/// a component without a share has an intensity, given or by default.
 function mustSum(components) {
   return !components.some(({values}) =>
       values.active !== false && 'fraction' in values && typeof values.fraction !== 'number');
 }
 
-/// Edits of shares in a galaxy whose other components have an intensity, which get the rest of the
-/// light.
+/// Edits of shares in a galaxy in which other components have an intensity. These components get
+/// the rest of the light, so that the shares sum to less than 1.
 function looseEdits(components, index, value) {
   const set = (i, share) => ({set: [i, 'fraction', rounded(share)]});
   const others = sharing(components).filter((i) => i !== index);

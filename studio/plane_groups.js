@@ -1,5 +1,6 @@
-// Groups of planes whose weights change alike. A share of light that moves scales one component by a
-// factor and all others by another. Two sums, which are made once, are then the picture.
+// Groups of planes whose weights change alike. When a share of light moves, one component is scaled
+// by one factor and all others by another factor. The picture is then a weighted sum of two sums of
+// planes, which are made once.
 
 // Relative difference of factors that count as equal; shares have six digits.
 const sameFactor = 2e-5;

@@ -1,5 +1,4 @@
-// Rows of the scene list: a list that holds the visible rows alone, and the columns of the one
-// chosen.
+// The panel of the scene list. It holds only the visible rows, and the columns of the chosen row.
 
 import {h, tool} from './dom.js';
 import {ask} from './messages.js';

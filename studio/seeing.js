@@ -25,8 +25,8 @@ export function gaussianKernel(fwhm) {
   return weights.map((weight) => weight / total);
 }
 
-/// PSF and noise for a frame whose width is `part` of the image's width. The noise is that of the
-/// mean over the image's pixels in a pixel of the frame. Null without either.
+/// PSF and noise for a frame whose width is `part` of the image's width. A pixel of the frame is
+/// the mean of several pixels of the image, so that its noise is less. Null without PSF and noise.
 export function seeingOf(look, part) {
   const fwhm = (look.psf ?? 0) * part, noise = (look.noise ?? 0) * part;
   if (!(fwhm >= 0.05) && !(noise > 0)) return null;

@@ -64,9 +64,10 @@ void main() {
   light = vec4(sum, 1.0);
 }`;
 
-/// The stretch of a mode (stretch.js). Light between pixels is interpolated where it is `smoothed`.
-/// `shoulder` is that of a look's contrast. Without `gamma` and `saturation` these are 1. With `groups` the light is the sum of two textures, each
-/// times its factor.
+/// The stretch of a mode (stretch.js). With `smoothed`, light between pixels is interpolated. With
+/// `shoulder`, levels near 1 rise more slowly, as a look's contrast requires. Without `gamma` or
+/// `saturation`, that value is 1. With `groups` the light is the sum of two textures, each times
+/// its factor.
 export const stretch = ({mode, smoothed, shoulder, gamma, saturation, groups}) => `#version 300 es
 precision highp float;
 precision highp sampler2D;

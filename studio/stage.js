@@ -44,7 +44,7 @@ export class Stage {
     clearTimeout(this.strips);
     this.strips = null;
     this.take();
-    // A busy browser makes its next frame late. A drawing that is ready by then is seen in it.
+    // A busy browser shows its next frame late. A picture that is drawn at once appears in it.
     if (this.preview.shown?.moving && !this.draft?.isShown) this.drawNow();
   }
 

@@ -74,8 +74,8 @@ export function lightOf(mode, brightness, slope, white) {
   return Math.sinh(brightness * Math.asinh(steep)) / slope;
 }
 
-/// The slope and the white of the stretch with a look's contrast, and whether it ends in a shoulder. Only
-/// Lupton's has contrast (PictureColours).
+/// The slope and the white of the stretch with a look's contrast, and whether it ends in a
+/// shoulder. Only Lupton's stretch has contrast (PictureColours).
 export function withContrast({mode, contrast, slope}, white) {
   if (mode !== 'lupton' || contrast === 1 || !(white > 0)) return {slope, white, hasShoulder: false};
   const fixed = Math.sinh(referenceLevel * Math.asinh(slope * white)) / contrast;
@@ -83,7 +83,7 @@ export function withContrast({mode, contrast, slope}, white) {
           hasShoulder: contrast > 1};
 }
 
-/// A level above `knee` comes to 1 more slowly.
+/// Levels above `knee` approach 1 more slowly.
 function shoulder(value) {
   return value > knee ? 1 - (1 - knee) * Math.exp((knee - value) / (1 - knee)) : value;
 }

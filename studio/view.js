@@ -131,7 +131,7 @@ export function lookFrom(camera, from, up) {
   return {...camera, position: tidy(add(camera.target, scale(normalize(from), distance))), up};
 }
 
-/// A direction of a galaxy whose axis is z, turned with it to the axis `pole` by the shortest way.
+/// The direction v of a galaxy with axis z after the shortest turn of the galaxy from z to `pole`.
 export function alongPole(v, pole) {
   const o = normalize(pole), across = [-o[1], o[0], 0], sine = length(across);
   if (sine > 0) return turn(v, scale(across, 1 / sine), Math.atan2(sine, o[2]));

@@ -17,8 +17,8 @@ std::string digest(std::string_view text) {
     const std::size_t bytes = std::min(text.size(), sizeof word);
     std::memcpy(&word, text.data(), bytes);
     text.remove_prefix(bytes);
-    // For a given `word`, each step maps `first` and `second` one to one. Texts with equal digests
-    // must therefore agree by chance in both.
+    // For a given `word`, each step maps `first` and `second` one to one, so that no step loses
+    // information. Different texts have equal digests only if both numbers agree by chance.
     first = mix64(first ^ word) + golden_gamma;
     second = mix64(second + word) ^ golden_gamma;
   }

@@ -26,14 +26,15 @@ constexpr double light_sigmas = 3;
 constexpr double balance = 0.5;
 constexpr double white_quantile = 0.9999;
 constexpr double reference_light = 0.8;
-/// The brightest fifth of the pixels that hold this light may exceed `middle_level`, no others.
-/// Otherwise the middle of a galaxy without a bulge would be white.
+/// Among the brightest pixels that together hold the share `reference_light`, only the brightest
+/// fifth, the middle, may exceed `middle_level`. Otherwise the middle of a galaxy without a bulge
+/// would be white.
 constexpr double middle_share = 0.2;
 constexpr double middle_level = 0.54;
-/// The middle has at least so many times the pixels that may be beyond white.
+/// This limit needs a middle with more than so many times the pixels that may be beyond white.
 constexpr double least_middle = 10;
-/// Groups of pixels in the balance of green: their sums are this many sigmas above the sky in all
-/// channels, or have the largest number of pixels.
+/// Limits of a group of pixels in the balance of green. A group ends when its sums are this many
+/// sigmas above the sky in all channels, or when it has the largest number of pixels.
 constexpr double group_sigmas = 30;
 constexpr int most_grouped = 4096;
 

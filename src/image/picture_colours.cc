@@ -60,9 +60,10 @@ PictureColours::PictureColours(const PictureTone& tone, const PictureStyle& styl
   }
   const double stretched = std::sinh(style.sky / tone_.scale);
   sky_ = stretched / tone_.slope;
-  // The noise of a single channel changes the intensity, by the stretch's derivative. So does a
-  // third of the variance of three channels. The rest changes colours, which the ratio of stretch
-  // and intensity multiplies.
+  // The stretch multiplies noise of the intensity by its derivative, and noise of colours by the
+  // ratio of stretched to unstretched intensity. The noise of a single channel is noise of the
+  // intensity. With three channels this holds for a third of the variance; the rest changes
+  // colours.
   const double derivative = tone_.scale * tone_.slope / std::hypot(1.0, stretched);
   const double ratio = sky_ > 0 ? style.sky / sky_ : derivative;
   const double colours = channels == 1 ? 0 : 2.0 / 3;

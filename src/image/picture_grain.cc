@@ -25,7 +25,7 @@ PictureGrain::PictureGrain(const PictureStyle& style, int width, int height, int
       channels_(channels),
       noise_(static_cast<std::size_t>(width) * static_cast<std::size_t>(channels)) {
   if (!is_stacked_) return;
-  // The direction does not depend on the seed, which changes from frame to frame of a film.
+  // The sky's slope has one direction in all frames of a film, although the frames' seeds differ.
   const auto direction = [&](std::uint64_t number) {
     return 2 * std::numbers::pi * to_unit(hash_words({hash_text(0, "slope of the sky"), number}));
   };
@@ -38,7 +38,7 @@ PictureGrain::PictureGrain(const PictureStyle& style, int width, int height, int
 }
 
 std::span<const double> PictureGrain::white(int y) {
-  // The rows -1 to height of a stacked picture have numbers from 0.
+  // A stacked picture has the rows -1 to height, which are numbered from 0.
   const int number = is_stacked_ ? y + 1 : y;
   WhiteRow& row = white_[static_cast<std::size_t>(number) % white_.size()];
   if (row.number != number) {
@@ -64,7 +64,7 @@ std::span<const double> PictureGrain::row(int y) {
   for (std::size_t i = 0; i < sum_.size(); ++i) {
     sum_[i] = spline_side * (below[i] + above[i]) + spline_middle * middle[i];
   }
-  // The sums begin one pixel before the row.
+  // `sum_` begins one pixel to the left of the row.
   const auto next = static_cast<std::size_t>(channels_);
   std::size_t i = 0;
   for (int x = 0; x < width_; ++x) {

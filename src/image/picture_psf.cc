@@ -21,7 +21,7 @@ double reach_of(double seeing) {
   return std::clamp(pixels / seeing, least, most);
 }
 
-/// Light that ends smoothly at the reach; distances from the middle in FWHM.
+/// A profile of light that ends smoothly at the reach. Distances from the middle are in FWHM.
 double tapered(double distance, double reach, double core) {
   const double end = distance / reach, inner = distance / core;
   if (std::abs(end) >= 1) return 0;
@@ -33,7 +33,8 @@ double spike(double along, double across, double reach) {
   return tapered(along, reach, spike_core) * std::exp(-4 * std::numbers::ln2 * across * across);
 }
 
-/// Replaces the share `share` of a stamp's light by that of a profile of distances in FWHM.
+/// Replaces the share `share` of a stamp's light by light with a profile, whose arguments are in
+/// FWHM from the middle.
 template <class Profile>
 void mix_in(double share, double seeing, const Profile& profile, Stamp& stamp) {
   Stamp part = stamp;
@@ -71,7 +72,8 @@ Stamp picture_psf(const PictureStyle& style) {
 std::uint64_t blur_memory(int width, int height, const PictureStyle& style) {
   const auto square = [](int side) { return static_cast<std::uint64_t>(side) * side; };
   const int side = picture_psf_side(style.seeing);
-  // A channel is copied. A stamp has copies, and transforms of at most twice its side or this.
+  // Memory holds a copy of a channel, copies of the stamp, and transforms. The side of a transform
+  // is at most `transform` or twice the stamp's side, whichever is larger.
   constexpr int transform = 2048;
   constexpr std::uint64_t stamps = 5, transforms = 3;
   const int longest = std::min(std::max(transform, 2 * side), std::max(width, height) + 2 * side);

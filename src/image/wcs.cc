@@ -34,7 +34,7 @@ constexpr int bad_pixels = 8, bad_world = 9;
 /// Points converted in one call of WCSLIB.
 constexpr std::size_t point_block = 256;
 /// Limits of the sides of pixels. A right ascension of 360 deg has steps of 2e-10 arcsec in double
-/// precision, 0.2 % of the smallest pixel; one largest pixel shows the whole sky.
+/// precision, 0.2 % of the smallest pixel. A single pixel of the largest size shows the whole sky.
 constexpr double smallest_pixel = 1e-7 / arcseconds_per_degree, largest_pixel = full_circle;  // deg
 /// Limit of the longer side of a pixel over the shorter; a matrix beyond it is nearly singular.
 constexpr double largest_aspect = 1e6;
@@ -414,9 +414,9 @@ std::vector<std::string> view_records(const SkyView& view) {
   check_finite(view);
   constexpr double pole_latitude = 90;
   const bool zenithal = checked_projection(view).theta0 == pole_latitude;
-  // At the pole the standard's default orientation is turned by 180 deg from that beside it.
-  // Zenithal projections state the usual orientation. For others the right ascension, which has no
-  // meaning at the pole, turns the image back.
+  // The standard's default orientation at the pole differs by 180 deg from the one just beside the
+  // pole. For zenithal projections LONPOLE states the latter. For others the right ascension, which
+  // has no meaning at the pole, turns the image back.
   double ra = view.center.ra;
   if (!zenithal && view.center.dec == pole_latitude)
     ra += ra < pole_latitude * 2 ? pole_latitude * 2 : -pole_latitude * 2;
@@ -489,8 +489,8 @@ class CelestialWcs::Impl {
 
  private:
   static constexpr std::size_t places = 64;
-  /// The first place where this thread looks. Most threads thus find their own converter, and none
-  /// waits.
+  /// The first place where this thread looks for a converter. Most threads thus find the converter
+  /// that they used last, and no thread waits.
   static std::size_t own_place() {
     static std::atomic<std::size_t> threads = 0;
     thread_local const std::size_t own = threads++ % places;

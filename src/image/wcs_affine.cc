@@ -180,7 +180,7 @@ class Description {
   void map_cd(const Matrix& inverse_map) { multiply("CD", inverse_map, 0); }
 
   void map_pc(const Matrix& m) {
-    // The steps take the scale, unless a further axis shares them.
+    // CDELTi takes the scale, unless PCi_j couples the sky's axes with a further axis.
     const int count = axes();
     bool is_separate = true;
     for (int i = 1; i <= count; ++i) {

@@ -406,7 +406,7 @@ void apply_attenuation(const RenderParameters& parameters, const RenderJob::Pend
   const auto measure_galaxy = [&](std::size_t g, std::span<double> values) {
     PlacedGalaxy galaxy = scene.galaxies[g];
     if (galaxy.is_absolute) galaxy.redshift = 0;
-    // A galaxy has different names with measured properties and without them.
+    // The name differs for results with and without measured properties.
     const std::string name =
         memory != nullptr ? fmt::format("{} {}", names.name(galaxy), numbers.size()) : "";
     if (memory != nullptr && memory->recall(name, values)) return;

@@ -44,8 +44,8 @@ std::uint64_t resident_memory() {
   return resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
 }
 
-/// Seconds per unit of cost, measured in squares of pixels around samples. A square is a tile where
-/// tiles are cheap; where time is short it is smaller, down to a pixel.
+/// Seconds per unit of cost, from the times of squares of pixels around samples. A square is a
+/// whole tile where tiles are cheap. Where time is short it is smaller, down to a pixel.
 double seconds_per_cost(const Renderer& renderer, const std::vector<CostSample>& samples,
                         double most_seconds) {
   std::vector<double> sums(samples.size());

@@ -53,8 +53,8 @@ TruthSettings truth_images(const RenderJob& job, const JobOptions& options) {
   return options.truth ? job.parameters.truth : TruthSettings();
 }
 
-/// The blocks of a renderer's rows; every rank calls this function. Its time counts as set-up and
-/// is therefore added to `before`, the start of all times.
+/// The blocks of a renderer's rows; every rank calls this function. Its time counts as set-up, so
+/// that it is added to `before`, the executor's times that do not belong to the render.
 std::vector<RowRange> blocks_of(const Renderer& renderer, Executor& executor, RunTimes& before) {
   const RunTimes begin = executor.times();
   std::vector<RowRange> blocks = render_blocks(renderer, executor);
@@ -62,8 +62,9 @@ std::vector<RowRange> blocks_of(const Renderer& renderer, Executor& executor, Ru
   return blocks;
 }
 
-/// Every rank calls it to render. Rank 0 calls `consume` with each block. A block's values are its
-/// pixels, then a number for each row. These numbers add up to the block's unconverged rays.
+/// Renders the blocks; every rank calls this function. Rank 0 calls `consume` with each block. A
+/// block's values are its pixels, then a number for each row. These numbers add up to the block's
+/// unconverged rays.
 void run(const Renderer& renderer, std::span<const RowRange> blocks, Executor& executor,
          const Executor::Consume& consume, RankReport& report) {
   const auto pixels_per_row =
@@ -313,7 +314,7 @@ DataTable ImageTask::describe_objects(JournaledExecutor& executor, Progress::Sty
   return truth_table(job_, executor, [&](int objects) { add(objects, executor, progress); });
 }
 
-/// The table's two runs have the journal's sections after that of the image.
+/// The table takes two runs. Their sections of the journal follow the image's section.
 DataTable ImageTask::find_stars(const Renderer& renderer, JournaledExecutor& executor,
                                 Progress::Style style) const {
   Progress progress(renderer.height(), "rows of STARS", style, stderr);

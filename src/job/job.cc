@@ -181,7 +181,7 @@ void add_tone_footprints(const std::shared_ptr<const Scene>& scene,
   for (const PlacedGalaxy& placed : lit->galaxies) {
     FootprintRange& range = by_galaxy.at(placed.galaxy.get());
     FootprintRange seen = Renderer::footprints(view.parameters, view.camera, lit->unit, placed);
-    // A picture's tone needs no means that the image does not need.
+    // The view of the tone needs means of light only where the image needs them.
     seen.needs_light_means = range.needs_light_means;
     range = range | seen;
   }
@@ -349,7 +349,7 @@ ImageHeader make_image_header(const RenderJob& job) {
     header.plane_cards.push_back(calibration_cards(plane, job));
   }
   header.cards = make_cards(job.parameters, *job.scene);
-  // In a cube the cards above have numbers; readers look for plain ones.
+  // In a cube the calibration cards have numbered keys, but readers look for keys without a number.
   const ImageLayout layout = job.parameters.image.output.layout;
   if (header.planes() > 1 && (layout == ImageLayout::cube || layout == ImageLayout::stamps)) {
     for (const char* key : {"MAGZERO", "PHOTZP"}) append_common_card(header, key);

@@ -21,7 +21,7 @@ namespace {
 
 constexpr const char* label = "gamer look";
 
-// Photographs of galaxies, too, let the nucleus become white, to show the disk with its contrast.
+// The nucleus may become white, as in photographs of galaxies, so that the disk keeps its contrast.
 constexpr const char* picture = R"([sampling]
 tolerance = 0.01
 [image]
@@ -63,13 +63,14 @@ projection = "sky"
 center = [180, 0]
 )";
 
-// The galaxy before a sky. Its mean surface brightness within its ball is 22.2 mag arcsec^-2 in the
-// red, that of M100 and M51.
+// A galaxy in front of a sky. Its mean surface brightness within its ball is 22.2 mag arcsec^-2 in
+// the red, as for M100 and M51.
 constexpr double sky_radius = 200;     // of the galaxy's ball, arcsec
 constexpr double sky_magnitude = 9.5;  // AB
 constexpr double sky_distance = 10;    // Mpc
-// Limits of Background. Its magnitudes, of i, count as those of the red plane here. Numbers and
-// sizes are thus those of objects of equal i, which are some tenths of a magnitude fainter in red.
+// Limits of Background. Background has magnitudes in i, which are taken here as magnitudes in the
+// red plane. Numbers and sizes thus belong to objects whose i has the value of the red magnitude.
+// Such objects are some tenths of a magnitude fainter in red.
 constexpr double faintest_galaxies = 22;
 constexpr double star_number = 1;  // arcmin^-2
 

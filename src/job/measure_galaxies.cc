@@ -21,12 +21,12 @@ constexpr std::size_t galaxies_at_a_time = 4;
 /// Galaxies whose numbers are held at one time.
 constexpr std::size_t most_together = 1024;
 
-/// The cache takes the parts of all galaxies of a job of at most this many; of larger jobs it takes
-/// only those of references.
+/// Largest number of galaxies of a job for which the cache takes the parts of all of them. In
+/// larger jobs it takes only the parts of references.
 constexpr std::size_t most_cached = CalibrationCache::most_files / 4;
 
-/// References of galaxies that lack closures, in the galaxies' order, each with the footprints of
-/// the galaxies for which it needs them.
+/// The references that still lack closures, in the order of their galaxies. Each has the footprints
+/// of all galaxies that take closures from it.
 std::vector<std::pair<Galaxy*, FootprintRange>> references_to_measure(
     std::span<const std::shared_ptr<Galaxy>> galaxies, std::span<const FootprintRange> footprints) {
   std::vector<std::pair<Galaxy*, FootprintRange>> result;

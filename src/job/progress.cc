@@ -18,7 +18,8 @@ namespace {
 constexpr double bar_interval = 0.1;  // seconds between two drawings
 constexpr double line_interval = 60;  // seconds between two lines at most
 constexpr double tenth_interval = 5;  // seconds between two lines at least
-// Bounds of the seconds between two objects, which are a tenth of the time so far.
+// Bounds of the seconds between two JSON objects. Within them, the interval is a tenth of the time
+// so far.
 constexpr double shortest_object_interval = 1, object_interval = 10;
 constexpr int bar_width = 30;
 constexpr int seconds_per_minute = 60;

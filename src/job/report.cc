@@ -18,7 +18,7 @@ constexpr double mebibyte = 1024.0 * 1024.0;
 struct Line {
   int threads = 0;
   double wall = 0;
-  double available = 0;  ///< time of all threads, of which the following are parts
+  double available = 0;  ///< time of all threads; the following times are parts of it
   double set_up = 0, compute = 0, waiting = 0;
   double writing = 0;
   RenderCounts counts, layer_counts;

@@ -174,7 +174,8 @@ Task prepare(const RunOptions& options, const MessageLog& log, int ranks, int th
   return prepare_image(options, log, std::move(job), ranks, threads, std::move(earlier));
 }
 
-/// The record of an image for ranks that write no file: table SCENE is made on rank 0.
+/// The record of an image for ranks that write no file. It lacks the recorded columns, since only
+/// rank 0 makes table SCENE.
 std::string pack_for_ranks(Record record) {
   std::erase_if(record, [](const Resources::Text& text) { return text.name == recorded_columns; });
   return pack_record(record);

@@ -21,7 +21,7 @@ constexpr double noise_cost = 0.003;
 /// Cost of a pixel that no galaxy touches: it is cleared, finished, sent and written.
 constexpr double empty_pixel_cost = 0.01;
 
-// Steps of the grid of sampled pixels.
+// The grid of sampled pixels: its largest size, and its steps in pixels.
 constexpr int most_sampled_rows = 64;
 constexpr int most_sampled_columns = 64;
 constexpr int rows_per_sample = 4;
@@ -31,7 +31,8 @@ constexpr int few_columns = 8;
 constexpr int few_columns_per_sample = 16;
 
 constexpr std::size_t most_block_bytes = std::size_t{8} << 20;
-/// Blocks into which each worker's share of the rest is cut.
+/// A block has a worker's share of the remaining cost, divided by this number, within the bounds
+/// below.
 constexpr double shares_per_worker = 4;
 /// A block's messages and its way through rank 0 take some 20 us of rank 0's time.
 constexpr double least_block_cost = 500;

@@ -44,7 +44,7 @@ void add_galaxies(const RenderInput& input, const std::string& label, Resources&
   }
 }
 
-/// The catalogue of the input; a text's is a view into the resources.
+/// The catalogue of the input. The catalogue of a text is a view into the resources.
 Catalogue catalogue_of(const RenderInput& input, const RenderParameters& parameters,
                        Resources& resources) {
   if (const auto* table = std::get_if<DataTable>(&input.scene)) {
@@ -60,7 +60,7 @@ Catalogue catalogue_of(const RenderInput& input, const RenderParameters& paramet
   return read_catalogue(request, parameters, resources);
 }
 
-/// Copies the rows of a block into images of the first planes, and of the others.
+/// Copies the rows of a block into an image of the first planes and an image of the other planes.
 void take_rows(RowRange rows, std::span<const double> values, Image& first, Image& others) {
   const double* from = values.data();
   const auto width = static_cast<std::size_t>(first.width());

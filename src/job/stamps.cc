@@ -59,7 +59,7 @@ std::vector<ImageRegion> stamp_regions(const RenderJob& job) {
           "it",
           placed.object + 1, placed.id.empty() ? "" : fmt::format(" ({})", placed.id));
     }
-    // The reach counts in the shortest side of a pixel.
+    // Along its shortest side a pixel covers the least angle, so that the reach has most pixels.
     const double step = camera.pixel_size(placed.centre) / camera.distance(placed.centre);
     const double reach = reach_of(placed, job) / (step * camera.pixel_aspect());
     regions[placed.object] = around(*pixel, stamps.size.value_or(side_of(reach, stamps)));

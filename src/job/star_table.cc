@@ -123,7 +123,8 @@ void StarRows::set_angles(const glm::dvec3& place, std::span<double> row) const 
 
 void StarRows::fill(const StarPainter::Seen& star, glm::ivec2 pixel, std::span<double> row) const {
   const ImageRegion& window = job_.camera.window();
-  // At a seam the pixel that holds the star is not next to its place on the other side.
+  // At a seam `pixel`, which holds the star, may lie on the other side of the image than
+  // `star.pixel`. Only the place within the pixel is therefore taken from `star.pixel`.
   row[x] = pixel.x + (star.pixel.x - std::round(star.pixel.x)) - window.left + 1;
   row[y] = pixel.y + (star.pixel.y - std::round(star.pixel.y)) - window.bottom + 1;
   set_angles(star.place, row);
@@ -275,7 +276,8 @@ DataTable star_table(const RenderJob& job, const Renderer& renderer, Executor& e
               static_cast<int>(values[static_cast<std::size_t>(strip - rows.first)]);
         }
       });
-  // A star's row is its number in the strip, after `capacity` rows for each strip before.
+  // Each strip has `capacity` rows of the executor. A star's row is its number in its strip, after
+  // the rows of all strips before.
   const int capacity = std::numeric_limits<int>::max() / strips;
   std::vector<RowRange> blocks;
   std::vector<std::int64_t> first(static_cast<std::size_t>(strips));

@@ -65,7 +65,7 @@ void find_star_tone(RenderJob& job, const Ranks& ranks, int threads) {
   const Renderer renderer(view.parameters, view.camera, scene, job.spectrum);
   const double factor = counts_flux(scene->unit) ? 1 / view.pixel_area : 1;
   const Image image = render_all(renderer, ranks, threads, factor);
-  // The light has no noise, and what is left out is dark.
+  // The light has no noise. Around a cropped view the image is dark, so that black is 0.
   std::optional<std::array<double, 3>> black;
   if (view.is_cropped) black.emplace();
   const PictureTone tone = choose_tone(image, wavelengths_of(job), zero_points(job), black, 0.0);

@@ -13,8 +13,9 @@ namespace gamer {
 namespace {
 
 /// Pixels across the window or the largest galaxy, whichever is smaller. The third brightest pixel
-/// of a round galaxy is white. A nucleus in the middle is one pixel, since the number is odd. The
-/// third brightest is then at 0.01 radii, within which are 1e-4 of the pixels.
+/// of a round galaxy is white. Since the number is odd, a nucleus in the middle fills one pixel.
+/// The third brightest pixel is then at 0.01 radii, and 1e-4 of the pixels are nearer to the
+/// middle.
 constexpr int pixels_across = 193;
 /// Largest number of the view's pixels. In views of many galaxies their pixels are wider.
 constexpr double most_pixels = 2.0 * pixels_across * pixels_across;
@@ -55,8 +56,8 @@ double largest_radius(const Camera& camera, const Scene& scene) {
   return largest;
 }
 
-/// The size of a view whose pixels are `factor` times as wide. The factor then changes to what the
-/// size has along the rows.
+/// The size of a view whose pixels are `factor` times as wide. `factor` becomes the ratio of the
+/// image's width to the view's width, both in whole pixels.
 glm::ivec2 reduced_size(const RenderParameters& parameters, double& factor) {
   const int width = parameters.width, height = parameters.height;
   glm::ivec2 size;
@@ -68,7 +69,7 @@ glm::ivec2 reduced_size(const RenderParameters& parameters, double& factor) {
     size.y = height / width * size.x;
   } else {
     size.x = 2 * static_cast<int>(std::lround((width / factor - 1) / 2)) + 1;
-    // The rows of whole pixels hold the image.
+    // The number of rows is rounded up, so that they cover the whole image.
     constexpr double rounding = 1e-9;
     const double rows = static_cast<double>(height) / width * size.x;
     size.y = 2 * static_cast<int>(std::ceil((rows - 1) / 2 - rounding)) + 1;

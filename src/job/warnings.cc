@@ -47,7 +47,7 @@ bool meets(const Ray& ray, const PlacedGalaxy& placed) {
   return along > 0 && distance2 - along * along <= radius * radius;
 }
 
-/// Whether a ray of a grid, or one through its centre's pixel, meets a galaxy.
+/// Whether the window shows the centre of a galaxy, or a ray of a grid meets a galaxy.
 bool is_in_view(const Camera& camera, const std::vector<PlacedGalaxy>& galaxies) {
   const ImageRegion& window = camera.window();
   for (const PlacedGalaxy& placed : galaxies) {

@@ -126,7 +126,8 @@ class AxisWeights {
     add(high, 1);
     add(low, -1);
     std::vector<double> folded(input_ < end - begin ? input_ : end - begin);
-    // Mirrored pixels are as near to the edge inside as the kernel reaches outside.
+    // A pixel outside the input counts as its mirror image, which is as far inside the edge.
+    // `folded` therefore needs no more pixels than the kernel's range or the input.
     const int first = std::clamp(begin, 0, input_ - static_cast<int>(folded.size()));
     for (int i = begin; i < end; ++i) folded[mirrored(i) - first] += pixels[i - begin];
     trim(folded, first);

@@ -86,12 +86,12 @@ class View {
     }
   }
 
-  /// Square arcminutes, if all pixels were as large as the largest.
+  /// The area of the image in square arcminutes if all pixels were as large as the largest.
   double area() const {
     return largest_ * camera_.width() * camera_.height() / (arcminute * arcminute);
   }
-  /// The position of an object. It is empty for the share of objects by which a pixel is smaller
-  /// than the largest.
+  /// The position of an object in a random pixel. It is empty with a probability of 1 - s, where s
+  /// is the pixel's solid angle over the largest one. Pixels without sky have no position.
   std::optional<SkyPosition> position(Draws& draws) const {
     const double x = at(draws.uniform(), camera_.width());
     const double y = at(draws.uniform(), camera_.height());

@@ -237,7 +237,7 @@ void ColumnFinder::check_required(std::span<const ColumnSource> sources) const {
 
 std::vector<ColumnSource> ColumnFinder::find_all() {
   sources_.resize(scene_columns().size());
-  // The order of columns puts a column before those that look it up as a rival.
+  // A column comes before all columns that find() checks against it as a rival.
   for (std::size_t c = 0; c < sources_.size(); ++c) sources_[c] = find(static_cast<Column>(c));
   check_unknown();
   return std::move(sources_);

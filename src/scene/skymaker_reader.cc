@@ -76,8 +76,8 @@ constexpr double largest_radius = 1e6;
 constexpr double bulge_reach = 20;
 constexpr double disk_reach = 10;
 
-// Smallest size of a part as a share of the ball; smaller parts get this size. Such a part is a
-// point beside the other part, and densities stay within single precision.
+// Smallest size of a bulge or disk, as a share of the ball's radius; smaller ones get this size. It
+// is small enough to look like a point, and large enough for densities in single precision.
 constexpr double smallest_share = 1e-6;
 
 constexpr double smallest_flattening = 0.1;
@@ -194,7 +194,8 @@ Shape shape_of(const Row& row) {
     shape.inclination = std::acos(std::sqrt(cosine2)) / degree;
     if (bulge) made.flattening = bulge_flattening(made.flattening, cosine2);
   } else {
-    // Any flattening up to the aspect ratio fits; this value is that of a bulge seen edge-on.
+    // Any flattening up to the aspect ratio fits. Here it equals the aspect ratio, as for a bulge
+    // seen edge-on.
     made.flattening = std::max(made.flattening, smallest_flattening);
   }
   shape.type = made.name();

@@ -351,7 +351,7 @@ class Healpix final : public Faces {
     int face = 0;
     double east = 0, west = 0;
     if (std::abs(sine) <= 2.0 / 3) {
-      // With the longitude, lines of constant y rise and lines of constant x fall.
+      // Towards larger longitudes, lines of constant y rise and lines of constant x fall.
       const double falling = 0.5 + turns + 0.75 * sine, rising = 0.5 + turns - 0.75 * sine;
       const int f = static_cast<int>(std::floor(falling)), r = static_cast<int>(std::floor(rising));
       face = f == r ? f % 4 + 4 : f > r ? r % 4 : f % 4 + 8;

@@ -48,8 +48,8 @@ bool is_flag(Column column, double value) {
          std::ranges::find(flags, value) != std::end(flags);
 }
 
-/// Columns of which a row needs one. Without it the row is an error, or a default that may be wrong
-/// applies.
+/// A row needs a value in one of these columns. Without it the row is an error, or gets a default
+/// that may be wrong.
 struct KnownNeed {
   std::vector<Column> columns;
   bool of_stars;
@@ -121,7 +121,7 @@ std::vector<SuspiciousValues::Need> SuspiciousValues::needs_of(
   std::vector<Need> result;
   for (const KnownNeed& known : known_needs()) {
     if (known.has_default && !refuses_missing_) continue;
-    // A constant for all rows serves instead.
+    // One of the columns has a constant for all rows, which suffices.
     if (std::ranges::any_of(known.columns,
                             [&](Column c) { return row_.has(c) && !row_.is_from_catalogue(c); })) {
       continue;

@@ -13,7 +13,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-/// The texts of `gamer look GALAXY` without seeing, whose galaxy is called by its bare name.
+/// The document of `gamer look GALAXY` without seeing. Its texts call the galaxy by its bare name.
 OpenedDocument open_galaxy(const StudioOptions& options, const Session& session) {
   Resources resources(session.folders());
   const std::string given = options.galaxy.string();
@@ -21,7 +21,7 @@ OpenedDocument open_galaxy(const StudioOptions& options, const Session& session)
   OpenedDocument document;
   document.is_look = true;
   const std::string name = fs::path(galaxy.label).stem().string();
-  // The page has seeing of its own, and shows spheres, which have none.
+  // The page adds seeing itself. It also shows maps of the whole sphere, which allow no seeing.
   add_look({.galaxy = name, .has_seeing = false}, {}, resources);
   document.texts.parameters = resources.recorded(recorded_parameters)->content;
   document.texts.scene = resources.recorded(recorded_scene)->content;

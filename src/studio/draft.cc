@@ -26,7 +26,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Pixels across the ball of the view whose footprint the voxels have.
+// The footprint of a voxel is that of a view with this many pixels across the galaxy's ball.
 constexpr int footprint_pixels = 128;
 // The largest number of a voxel; half precision ends at 65504.
 constexpr double largest_number = 32768;
@@ -144,7 +144,7 @@ class Baker {
       if (muted.contains(component.name())) continue;
       Contribution contribution{c, component.absorbs(), {}};
       if (component.absorbs()) {
-        // Planes have one curve of extinction, the mean of those of all dust.
+        // All dust has one curve of extinction, the mean of the components' curves.
         const double dust = component.amplitude() * component.envelope_integral();
         all_dust += dust;
         for (std::size_t j = 0; j < curve.size(); ++j) {
@@ -184,8 +184,8 @@ class Baker {
     }
   }
 
-  /// Finds the extinction of each plane from its light behind a screen of tau_V = 1. The light of a
-  /// band falls less than that of one wavelength, since its red part remains.
+  /// Finds the extinction of each plane from its light behind a screen of tau_V = 1. A screen dims
+  /// the light of a band less than light of one wavelength, since the red part of the band remains.
   void set_extinction(double all_dust, const std::vector<double>& curve,
                       const std::vector<double>& flux) {
     constexpr double screen = 1;
@@ -338,8 +338,8 @@ std::vector<double> DraftAxis::places() const {
 std::vector<double> DraftAxis::weights() const {
   std::vector<double> result(static_cast<std::size_t>(nodes), 1.0);
   for (int i = 1; i + 1 < nodes; ++i) {
-    // The integral of a hat function times dx/du is the difference of those of x over its halves,
-    // here by Simpson's rule.
+    // The integral of a node's hat function times dx/du. It equals the mean of x over the interval
+    // above the node, less the mean over the interval below. Both means are by Simpson's rule.
     const double hat = (4 * (place(i + 0.5) - place(i - 0.5)) + place(i + 1) - place(i - 1)) / 6;
     result[static_cast<std::size_t>(i)] = 1 / (density(place(i)) * hat);
   }

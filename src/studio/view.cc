@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Planes of parts above which a view shows the image alone.
+// Largest number of planes of parts. With more of them a view has only the image's planes.
 constexpr std::size_t most_part_planes = 96;
 // Images of fewer rows are sent whole, since they are soon finished.
 constexpr int least_strip_rows = 256;
@@ -53,7 +53,7 @@ class ChosenGalaxy {
   bool is_muted(std::optional<int> index) const {
     return index && std::ranges::count(muted_, *index) > 0;
   }
-  /// The settings that take muted dust away.
+  /// The settings that give muted dust an optical depth of 0.
   std::vector<std::string> settings() const {
     std::vector<std::string> result;
     for (const int index : muted_) {
@@ -207,7 +207,7 @@ class LevelView {
         sent_rows += rows.size();
       };
     }
-    // Parts of galaxies that were measured, not recalled.
+    // The reply counts the parts of galaxies that were measured and not recalled from memory.
     const std::size_t before = session_.memory().measured();
     const Rendering rendering = session_.render(std::move(job), control);
     head["measured"] = session_.memory().measured() - before;

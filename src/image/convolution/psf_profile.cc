@@ -275,7 +275,7 @@ std::shared_ptr<const Psf::Profile> make_profile(const PsfModel& model) {
 }
 
 double airy_fwhm(double obscuration) {
-  // Half the intensity lies before the first zero, which is at 1.22 at most.
+  // The intensity falls to one half before the first zero, which is at x/pi = 1.22 at most.
   constexpr double beyond_share = 0.7;
   const double x =
       root([&](double t) { return airy_intensity(t, obscuration) - 0.5; }, 0.0, pi * beyond_share);
