@@ -276,30 +276,34 @@ def arms_of(model):
 
 FIGURES = [
     Figure("spectra", "Spectra",
-           "An elliptical galaxy with each shipped spectrum (figure 1 of Groeneboom & Dahle 2014 shows such spectra): `sed` of its component. "
-           "Magnitudes are AB.",
+           "The key `sed` of a component chooses its spectrum. These are elliptical galaxies, one with each shipped\n"
+           "spectrum. Figure 1 of Groeneboom & Dahle (2014) shows such spectra. Magnitudes are AB.",
            [Galaxy("elliptical", name, f"bulge1.sed={name}") for name in ("E", "Sbc", "Scd", "Im")], 4, colours, BESSELL),
     Figure("components", "Components alone",
-           "The components of `spiral` alone, as `--solo` shows them, then all of them with dust and without it. Shares are "
-           "relative to the galaxy without dust.",
+           "Each component of `spiral` is shown alone, as by `--solo`. The last two galaxies have all components, with\n"
+           "dust and without it. Shares are relative to the galaxy without dust.",
            [Galaxy("spiral", name, f"galaxy.solo={name.replace(' ', '_')}")
             for name in ("bulge1", "disk", "stars", "star-forming regions", "bright stars", "H II regions")]
            + [Galaxy("spiral", "with dust"), Galaxy("spiral", "without dust", "dust.optical_depth=0")], 3, shares),
     Figure("winding", "Winding of the arms",
-           "The law of Ringermacher & Mead: `winding_b` (W_B) and `winding_n` (W_N) of `[arms]`.",
+           "The arms follow the law of Ringermacher & Mead, with the keys `winding_b` (W_B) and `winding_n` (W_N) of\n"
+           "`[arms]`. The table has the measured pitch beside the pitch of this law.",
            [Galaxy("winding", f"W_B {b:g}, W_N {n:g}", f"arms.winding_b={b};arms.winding_n={n}")
             for n in (2, 4, 8) for b in (0.4, 1, 3)], 3, windings, GREEN,
            {"winding": arms_of('model = "ringermacher-mead"\nscale = 0.5')}),
     Figure("pitch", "Pitch angle and number of arms",
-           "The logarithmic law: `pitch_angle` and `count` of `[arms]`. The fit finds the values of the file.",
+           "The arms are logarithmic spirals, with the keys `pitch_angle` and `count` of `[arms]`. The fit finds the\n"
+           "values of the file.",
            [Galaxy("pitch", f"{p} deg, {c} arms", f"arms.pitch_angle={p};arms.count={c}")
             for c in (1, 2, 4) for p in (8, 16, 30)], 3, spirals, GREEN,
            {"pitch": arms_of('model = "logarithmic"')}),
     Figure("arm_width", "Width of the arms",
-           "`arm_width` of a component. The number of arms is 2, and the pitch angle 15 degrees.",
+           "The key `arm_width` of a component sets how narrow its arms are: 0 makes no arms, and larger values make\n"
+           "narrower arms. The number of arms is 2, and the pitch angle 15 degrees.",
            [Galaxy("pitch", f"{w:g}", f"disk.arm_width={w}") for w in (0, 1, 3, 10)], 4, spirals, GREEN),
     Figure("own_arms", "Arms of their own",
-           "`strength_variation`, `pitch_variation` and both with a branch, in place of arms that are copies.",
+           "The first galaxy has arms that are copies of each other. In the others `strength_variation`,\n"
+           "`pitch_variation`, and both with a branch make the arms differ.",
            [Galaxy("pitch", "copies"), Galaxy("pitch", "strength_variation 0.6", "arms.strength_variation=0.6"),
             Galaxy("pitch", "pitch_variation 0.35", "arms.pitch_variation=0.35"),
             Galaxy("branch", "both and a branch")], 4, spirals, GREEN,
@@ -307,14 +311,16 @@ FIGURES = [
                               'end = 1\n[[arm]]\n[[arm]]\nstrength = 0.8\n[[arm]]\nleaves = 1\nbegin = 0.4\n'
                               'strength = 0.7\npitch_angles = [28]')}),
     Figure("shape", "Shape of the noise",
-           "Noise of one disk: `exponent` 1, 3 and 6 of the linear shape, and 0.5, 1 and 2 of the inverse one. Noise does not "
-           "change the amount of light. Statistics are those of the middle 64 pixels.",
+           "A disk's noise has the linear shape with `exponent` 1, 3 and 6, then the inverse shape with `exponent`\n"
+           "0.5, 1 and 2. Noise does not change the amount of light. Statistics are those of the middle 64 x 64\n"
+           "pixels.",
            [Galaxy("noisy", f"linear, exponent {e:g}", f'disk.noise.theta="linear";disk.noise.exponent={e}') for e in (1, 3, 6)]
            + [Galaxy("noisy", f"inverse, exponent {e:g}", f'disk.noise.theta="inverse";disk.noise.exponent={e}')
               for e in (0.5, 1, 2)], 3, statistics, GREEN,
            {"noisy": PLAIN + "noise = { k0 = 2, frequency_scale = 4, octaves = 6, offset = 1 }\n"}),
     Figure("spectrum", "Spectrum of the noise",
-           "`spectral_index` -1, 0.5 and 2, then `frequency_scale` 2, 6 and 12.",
+           "A disk's noise has `spectral_index` -1, 0.5 and 2, then `frequency_scale` 2, 6 and 12. The columns are\n"
+           "those of the table above.",
            [Galaxy("noisy", f"spectral_index {n:g}", f'disk.noise.theta="linear";disk.noise.spectral_index={n}')
             for n in (-1, 0.5, 2)]
            + [Galaxy("noisy", f"frequency_scale {f:g}", f'disk.noise.theta="linear";disk.noise.frequency_scale={f}')
@@ -324,18 +330,19 @@ FIGURES = [
            [Galaxy("noisy", f"{t:g}", f'disk.noise.theta="linear";disk.noise.exponent=3;disk.twirl={t}')
             for t in (0, 0.3, 0.6, 1)], 4, None, GREEN),
     Figure("dust", "Dust",
-           "A smooth disk with as much dust as light at each place, `optical_depth` 0, 0.5, 2 and 8. A column of "
-           "optical depth tau transmits the share (1 - exp(-tau))/tau of its light. The third column is the mean of this "
-           "share over the disk.",
+           "In this smooth disk dust and light have the same distribution, and `optical_depth` is 0, 0.5, 2 and 8. A\n"
+           "column of optical depth tau transmits the share (1 - exp(-tau))/tau of its light. \"By integration\" is the\n"
+           "mean of this share over the disk, in magnitudes.",
            [Galaxy("slab", f"{d:g}", f"dust.optical_depth={d}") for d in (0, 0.5, 2, 8)], 4, lost, COLOURS,
            {"slab": SLAB}),
     Figure("inclination", "Inclination",
-           "`spiral` from face on to edge on.",
+           "The galaxy `spiral` is seen at inclinations from face on to edge on.",
            [Galaxy("spiral", f"{i} deg", inclination=i) for i in (0, 30, 60, 75, 85, 90)], 3, shapes),
-    Figure("seeds", "Seeds", "`flocculent` with other seeds of its arms and noise: `arms.seed`.",
+    Figure("seeds", "Seeds", "The key `arms.seed` gives `flocculent` other arms and other noise.",
            [Galaxy("flocculent", f"{s}", f"arms.seed={s}", 30) for s in (1, 2, 3, 4)], 4),
     Figure("shipped", "The shipped galaxies",
-           "Each galaxy of `galaxies/`, as it is seen on the sky. [realism.md](realism.md) has their numbers.",
+           "These are the galaxies of `galaxies/`, inclined as on the sky. [realism.md](realism.md) has their numbers\n"
+           "face on.",
            [Galaxy(name, name, "-", i, pa) for name, i, pa in (
                ("elliptical", 30, 60), ("elliptical_dust", 80, 60), ("ngc5128", 76, 120), ("lenticular", 30, 40),
                ("ngc4594", 84, 90), ("ngc2841", 68, 147), ("ngc1097", 46, 130), ("ngc891", 89, 40),
@@ -348,19 +355,21 @@ FIGURES = [
 
 HEAD = """# Gallery
 
-This page shows what the keys of a galaxy do, after the figures of Groeneboom & Dahle (2014), and what [gutil](gutil.md)
-measures on the images. `scripts/figures.sh` makes the page and its pictures. Each figure is one render,
+This page shows what the keys of a galaxy do, and what [gutil](gutil.md) measures on the images. The figures follow
+those of Groeneboom & Dahle (2014), which is "the paper" below. `scripts/figures.sh` makes the page and its pictures.
+Each figure is one render of galaxies side by side, made by these commands:
 
     gamer build/figures/NAME.par build/figures/NAME.lst -o NAME.fits
     gutil rgb --method auto --brightness 1.2 --contrast 3 --saturation 1.2 --bits 8 NAME.fits NAME.png
 
-of galaxies side by side that differ in their column `overrides` ([galaxies.md](galaxies.md)). A second run gives
-identical files.
+Most of these galaxies differ only in the column `overrides` of the scene list ([galaxies.md](galaxies.md)).
+[morphology.md](morphology.md) defines the measured numbers. A second run gives identical files.
 """
 
 DEEP = """## A deep field
 
-A part of `scenes/deepfield_2014`, 2000 galaxies of all orientations, sizes and seeds, as in the paper's figure 16:
+This command renders a part of `scenes/deepfield_2014`, which has 2000 galaxies of all orientations, sizes and seeds.
+The scene follows figure 16 of the paper:
 
     gamer scenes/deepfield_2014.par scenes/deepfield_2014.lst --region 1,1,600,300 -o deepfield.png
 

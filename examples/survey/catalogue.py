@@ -21,7 +21,7 @@ magnitude = 18.5 + 4 * rng.power(3, COUNT)
 index = np.clip(rng.lognormal(np.log(1.3), 0.5, COUNT), 0.6, 4)
 radius = 0.6 * 10 ** (-0.12 * (magnitude - 21)) * rng.lognormal(0, 0.25, COUNT)
 redshift = np.clip(0.25 * 10 ** (0.15 * (magnitude - 20)) * rng.lognormal(0, 0.3, COUNT), 0.02, 1.2)
-# Concentrated galaxies have spectra of old stars, and others of younger ones.
+# Concentrated galaxies have spectra of old stars, and other galaxies spectra of younger stars.
 spectrum = np.where(index > 2.2, "E", rng.choice(["Sbc", "Scd", "Im"], COUNT))
 
 table = Table({

@@ -5,8 +5,8 @@
 #
 #   examples/survey/survey.sh [folder]      build/survey_example by default
 #
-# GAMER_BIN is the folder of gamer and gutil, by default build/release. It needs SExtractor, Astropy
-# and a minute.
+# GAMER_BIN is the folder of gamer and gutil, by default build/release. The script needs SExtractor,
+# Astropy and a minute.
 set -euo pipefail
 source=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 bin=$(cd "${GAMER_BIN:-$source/../../build/release}" && pwd)
