@@ -202,7 +202,7 @@ def windings(figure):
         radius, scale = near["radius"] * ROOM / PIXELS, 0.5
         law = math.atan(radius / (scale * w_n) * math.cosh(scale / radius - math.log(w_b)))
         rows.append([f"{radius:.2f}", f"{abs(near['pitch']):.1f}", f"{math.degrees(law):.1f}"])
-    return ["at radius", "pitch (deg)", "of the law (deg)"], rows
+    return ["at radius", "pitch (deg)", "pitch of the law (deg)"], rows
 
 
 def lost(figure):

@@ -15,7 +15,8 @@ constexpr double spike_core = 2;       // distance of half a spike's light, FWHM
 constexpr double aureole_core = 4;     // of the aureole, FWHM
 constexpr double aureole_share = 0.04;
 
-/// Reach of the stamp, the spikes and the aureole, FWHM. It is 64, or 24 in wide seeing.
+/// Reach of the stamp, the spikes and the aureole, FWHM. It is 64 in narrow seeing, and falls to 24
+/// in wide seeing.
 double reach_of(double seeing) {
   constexpr double least = 24, most = 64, pixels = 192;
   return std::clamp(pixels / seeing, least, most);

@@ -268,7 +268,7 @@ void measure_arms(const StraightRow& row, const PolarGrid& grid, const SpiralMod
   result.width = result.radius * result.width_azimuth * std::fabs(std::sin(mode.pitch));
 }
 
-/// The pitch of the mode within a window about u0, near the pitch of the whole.
+/// The pitch of the mode within a window about u0; NaN where the window has too few rows.
 double local_pitch(const std::vector<Coefficient>& coefficients, double u0, int arms) {
   constexpr double half_window = 0.25;
   constexpr std::size_t least_rows = 8;
