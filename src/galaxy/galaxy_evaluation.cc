@@ -97,22 +97,26 @@ void Compact(const SampleBatch& batch, const float* heights, const float* HWY_RE
   const auto limit = hn::Set(d, threshold);
   const auto fade_scale = hn::Set(d, 1 / (threshold * (fade_factor - 1)));
   std::size_t size = 0;
-  // Numbers are compressed in a register, since compressing into memory is slow. A store also
-  // writes numbers beyond the kept ones; later stores overwrite them.
-  const auto keep = [&](auto values, auto mask, float* to)
-                        HWY_ATTR { hn::StoreU(hn::Compress(values, mask), d, to + size); };
+  // Compress() uses a table without AVX-512, which GCC copies to the stack in each call. It is called
+  // once a vector, therefore, and its order serves all arrays. A store also writes numbers beyond
+  // the kept ones; later stores overwrite them.
+  const auto keep = [&](auto values, auto order, float* to) HWY_ATTR {
+    hn::StoreU(hn::TableLookupLanes(values, order), d, to + size);
+  };
   for (std::size_t i = 0; i < batch.size; i += lanes) {
     const auto value = hn::Load(d, need + i);
     const auto index = hn::Iota(di, static_cast<std::int32_t>(i));
     const auto inside = hn::Lt(index, hn::Set(di, static_cast<std::int32_t>(batch.size)));
     const auto mask = hn::And(hn::Gt(value, limit), hn::RebindMask(d, inside));
     if (hn::AllFalse(d, mask)) continue;
+    const auto lanes_kept = hn::Compress(hn::Iota(di, 0), hn::RebindMask(di, mask));
+    const auto order = hn::IndicesFromVec(d, lanes_kept);
     const auto fade = hn::Min(hn::Mul(hn::Sub(value, limit), fade_scale), hn::Set(d, 1.0f));
-    keep(hn::Load(d, batch.x.data() + i), mask, out.x);
-    keep(hn::Load(d, batch.y.data() + i), mask, out.y);
-    keep(hn::Load(d, heights + i), mask, out.z);
-    if (has_winding) keep(hn::Load(d, batch.winding.data() + i), mask, out.winding);
-    keep(fade, mask, out.fade);
+    keep(hn::Load(d, batch.x.data() + i), order, out.x);
+    keep(hn::Load(d, batch.y.data() + i), order, out.y);
+    keep(hn::Load(d, heights + i), order, out.z);
+    if (has_winding) keep(hn::Load(d, batch.winding.data() + i), order, out.winding);
+    keep(fade, order, out.fade);
     if (footprints != nullptr) {
       auto footprint = hn::Mul(hn::Load(d, footprints + i), hn::Set(d, footprint_scale));
       if (has_winding && twirl != 0) {
@@ -121,10 +125,11 @@ void Compact(const SampleBatch& batch, const float* heights, const float* HWY_RE
         const auto root = hn::Sqrt(hn::MulAdd(half, half, hn::Set(d, 1.0f)));
         footprint = hn::Mul(footprint, hn::Add(half, root));
       }
-      keep(footprint, mask, out.footprint);
+      keep(footprint, order, out.footprint);
     }
-    if (coherence != nullptr) keep(hn::Load(d, coherence + i), mask, out.coherence);
-    hn::StoreU(hn::Compress(index, hn::RebindMask(di, mask)), di, out.index + size);
+    if (coherence != nullptr) keep(hn::Load(d, coherence + i), order, out.coherence);
+    const auto first = hn::Set(di, static_cast<std::int32_t>(i));
+    hn::StoreU(hn::Add(lanes_kept, first), di, out.index + size);
     size += hn::CountTrue(d, mask);
   }
   out.size = size;
