@@ -97,12 +97,11 @@ void Compact(const SampleBatch& batch, const float* heights, const float* HWY_RE
   const auto limit = hn::Set(d, threshold);
   const auto fade_scale = hn::Set(d, 1 / (threshold * (fade_factor - 1)));
   std::size_t size = 0;
-  // Compress() uses a table without AVX-512, which GCC copies to the stack in each call. It is called
-  // once a vector, therefore, and its order serves all arrays. A store also writes numbers beyond
-  // the kept ones; later stores overwrite them.
-  const auto keep = [&](auto values, auto order, float* to) HWY_ATTR {
-    hn::StoreU(hn::TableLookupLanes(values, order), d, to + size);
-  };
+  // Compress() uses a table without AVX-512, which GCC copies to the stack in each call. It is
+  // called once a vector, therefore, and its order serves all arrays. A store also writes numbers
+  // beyond the kept ones; later stores overwrite them.
+  const auto keep = [&](auto values, auto order, float* to)
+                        HWY_ATTR { hn::StoreU(hn::TableLookupLanes(values, order), d, to + size); };
   for (std::size_t i = 0; i < batch.size; i += lanes) {
     const auto value = hn::Load(d, need + i);
     const auto index = hn::Iota(di, static_cast<std::int32_t>(i));

@@ -258,6 +258,13 @@ GalaxyLibrary::Source GalaxyLibrary::source_of(const std::string& type, const st
   return source;
 }
 
+const ConfigNode& GalaxyLibrary::parsed(const Resources::Text& text) {
+  const auto found = parsed_.find(text.label);
+  if (found != parsed_.end() && found->second.content == text.content) return found->second.root;
+  ConfigNode root = parse_toml(text.content, text.label);
+  return (parsed_[text.label] = {text.content, std::move(root)}).root;
+}
+
 std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const Source& source) {
   GalaxySettings settings = source.settings;
   settings.reference = references_[type];
@@ -267,7 +274,7 @@ std::shared_ptr<Galaxy> GalaxyLibrary::make(const std::string& type, const Sourc
   Origin origin{source.key, source.text.label, {}};
   const std::shared_ptr<Galaxy> galaxy = [&] {
     const LookupLog log(resources_, source.key.empty() ? nullptr : &origin.lookups);
-    return Galaxy::read(parse_toml(source.text.content, source.text.label), settings, resources_);
+    return Galaxy::read(parsed(source.text), settings, resources_);
   }();
   references_[type] = galaxy->reference();
   if (is_first) twin->second = galaxy;

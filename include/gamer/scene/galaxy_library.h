@@ -92,6 +92,8 @@ class GalaxyLibrary {
   Source source_of(const std::string& type, const std::string& sed, std::uint64_t row_seed,
                    const SceneRow& row);
   std::shared_ptr<Galaxy> make(const std::string& type, const Source& source);
+  /// The content of a galaxy's file. Each text is parsed once.
+  const ConfigNode& parsed(const Resources::Text& text);
   /// Adds a galaxy without making its reference that of later galaxies.
   void add_alone(const std::string& type, const std::string& sed, std::uint64_t seed,
                  std::shared_ptr<const Galaxy> galaxy);
@@ -104,6 +106,11 @@ class GalaxyLibrary {
   std::string solo_;  ///< `scene.solo`
   std::string label_;
   Resources& resources_;
+  struct Parsed {
+    std::string content;
+    ConfigNode root;
+  };
+  std::map<std::string, Parsed> parsed_;  ///< by label
   std::map<std::tuple<std::string, std::string, std::uint64_t>, std::shared_ptr<const Galaxy>>
       galaxies_;
   std::map<const Galaxy*, std::shared_ptr<Galaxy>> unmeasured_;

@@ -28,6 +28,8 @@ namespace {
 constexpr std::size_t first_cloud = std::size_t{1} << 13;
 // Divisor of first_cloud where a rough mean suffices.
 constexpr std::size_t rough = 8;
+// Divisor of first_cloud for dust in galaxies of fixed flux, where dust changes colours alone.
+constexpr std::size_t rough_dust = 4;
 constexpr double least_larger_cloud = 1 << 15;
 constexpr double cloud_margin = 1.5;
 // Largest error of the mean of fully resolved dust. Errors of dust in front of stars do not average
@@ -320,8 +322,13 @@ double GalaxyStatistics::share(std::size_t c) const {
   return footprints_.sees_whole ? std::max(share, least_share_within) : share;
 }
 
+bool GalaxyStatistics::is_rough() const {
+  return !is_reference() && !footprints_.needs_light_means &&
+         galaxy_.mean_error() > fine_mean_error;
+}
+
 std::size_t GalaxyStatistics::first_points() const {
-  return std::min(first_cloud, galaxy_.most_cloud_points());
+  return std::min(is_rough() ? first_cloud / rough_dust : first_cloud, galaxy_.most_cloud_points());
 }
 
 const std::vector<BatchArray>& GalaxyStatistics::light_behind(std::size_t c) {

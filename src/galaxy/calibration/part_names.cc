@@ -15,6 +15,7 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
     for (const double width : widths) text += fmt::format(" {:a}", width);
   };
   std::string text = component_at(c).digests().texture;
+  if (is_rough()) text += " rough";
   const int followed = galaxy_.followed(c);
   const bool follows_adopted = followed >= 0 && adopts_texture(static_cast<std::size_t>(followed));
   if (round != Round::textures && (adopts_texture(c) || follows_adopted)) {
@@ -55,7 +56,7 @@ std::string GalaxyStatistics::light_behind_text(std::size_t c) const {
   const auto text_of = [](const Component& component) {
     return fmt::format(" {} {:a}", component.digests().envelope, component.amplitude());
   };
-  std::string text = text_of(component_at(c));
+  std::string text = text_of(component_at(c)) + fmt::format(" {}", closure_rays(galaxy_));
   if (is_coarse_closure(galaxy_)) return text + " coarse";
   // The light comes from all components that emit.
   for (const auto& component : galaxy_.components()) {

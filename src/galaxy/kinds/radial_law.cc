@@ -55,23 +55,18 @@ RadialLaw::RadialLaw(double rh, double inner, const RadialShape& shape)
       norm_(softplus(-shape.break_sharpness * shape.break_radius) / shape.break_sharpness),
       cosine_(std::cos(shape.position_angle)),
       sine_(std::sin(shape.position_angle)) {
-  if (shape.is_ring() || shape.is_broken()) inside_ = shared_integrals();
-  if (!shape.is_ring() && inner == 0) return;
-  peak_ = 0;
-  constexpr int samples = 1000;
-  const auto look_at = [&](double m) {
-    peak_ = std::max(peak_, std::exp(logarithm(m)) * hole(m) * taper_at(m * shape_.axis_ratio));
-  };
-  for (int i = 1; i < samples; ++i) look_at(end_ * i / samples);
-  if (shape.is_ring()) look_at(shape.ring_radius);
+  // Plain exponentials need no tables.
+  if (shape.is_ring() || shape.is_broken() || inner > 0) tables_ = shared_tables();
 }
 
-std::shared_ptr<const std::vector<double>> RadialLaw::shared_integrals() const {
-  // All numbers on which the integrals depend.
-  using Key = std::array<double, 8>;
-  static SharedValues<Key, std::vector<double>> known;
+std::shared_ptr<const RadialLaw::Tables> RadialLaw::shared_tables() const {
+  // All numbers on which the tables depend.
+  using Key = std::array<double, 10>;
+  static SharedValues<Key, Tables> known;
   const Key key{rh_,
+                inner_,
                 end_,
+                shape_.axis_ratio,
                 shape_.break_radius,
                 shape_.outer_rh,
                 shape_.break_sharpness,
@@ -79,11 +74,26 @@ std::shared_ptr<const std::vector<double>> RadialLaw::shared_integrals() const {
                 shape_.ring_width,
                 shape_.ring_outer_width};
   return known.find(key, [&] {
-    auto integrals = std::make_shared<std::vector<double>>(
-        running_sums(steps, [&](double x) { return end_ * x * std::exp(logarithm(end_ * x)); }));
-    for (double& share : *integrals) share /= integrals->back();
-    return integrals;
+    auto tables = std::make_shared<Tables>();
+    if (shape_.is_ring() || shape_.is_broken()) {
+      tables->inside =
+          running_sums(steps, [&](double x) { return end_ * x * std::exp(logarithm(end_ * x)); });
+      for (double& share : tables->inside) share /= tables->inside.back();
+    }
+    if (shape_.is_ring() || inner_ > 0) tables->peak = largest();
+    return tables;
   });
+}
+
+double RadialLaw::largest() const {
+  constexpr int samples = 1000;
+  double result = 0;
+  const auto look_at = [&](double m) {
+    result = std::max(result, std::exp(logarithm(m)) * hole(m) * taper_at(m * shape_.axis_ratio));
+  };
+  for (int i = 1; i < samples; ++i) look_at(end_ * i / samples);
+  if (shape_.is_ring()) look_at(shape_.ring_radius);
+  return result;
 }
 
 double RadialLaw::logarithm(double m) const {
@@ -129,14 +139,14 @@ std::vector<float> RadialLaw::quantiles(int parts) const {
   double x = std::sqrt(2 * whole / parts);
   for (int k = 1; k < parts; ++k) {
     const double u = static_cast<double>(k) / parts;
-    if (inside_ == nullptr) {
+    if (!has_integrals()) {
       x = gamma2_quantile(whole * u, x);
       result.push_back(static_cast<float>(rh_ * x));
       continue;
     }
-    result.push_back(static_cast<float>(end_ * place_of_sum(*inside_, u)));
+    result.push_back(static_cast<float>(end_ * place_of_sum(tables_->inside, u)));
   }
-  result.push_back(static_cast<float>(inside_ == nullptr ? rh_ * end : end_));
+  result.push_back(static_cast<float>(has_integrals() ? end_ : rh_ * end));
   return result;
 }
 

@@ -91,6 +91,8 @@ class GalaxyStatistics {
 
   const Component& component_at(std::size_t c) const { return *galaxy_.components()[c]; }
   bool is_reference() const { return galaxy_.is_reference(); }
+  /// Whether few points suffice, since dust alone is measured, whose error may be large.
+  bool is_rough() const;
   bool is_textured(std::size_t c) const {
     return component_at(c).texture() != nullptr || galaxy_.followed(c) >= 0;
   }

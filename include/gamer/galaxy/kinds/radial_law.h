@@ -47,7 +47,7 @@ class RadialLaw {
   /// The hole's factor.
   double hole(double m) const;
   /// The largest f with the hole and the taper at the galaxy's edge.
-  double peak() const { return peak_; }
+  double peak() const { return tables_ != nullptr ? tables_->peak : 1; }
   /// An m beyond which ln f, without the hole, is below `least` < 0.
   double limit(double least) const;
   /// An upper bound of f, without the hole, between two radii r.
@@ -75,17 +75,22 @@ class RadialLaw {
   static RadialShape read(const ParameterSet& values, const std::string& context);
 
  private:
-  std::shared_ptr<const std::vector<double>> shared_integrals() const;
+  struct Tables {
+    double peak = 1;
+    /// The integral of m f up to equal steps of m, divided by the integral up to end(). Empty for
+    /// an exponential.
+    std::vector<double> inside;
+  };
+  std::shared_ptr<const Tables> shared_tables() const;
+  double largest() const;
+  bool has_integrals() const { return tables_ != nullptr && !tables_->inside.empty(); }
 
   double rh_, inner_;
   RadialShape shape_;
   double end_;
   double norm_;  ///< ln(1 + e^(-s b))/s
   double cosine_, sine_;
-  double peak_ = 1;
-  /// The integral of m f up to equal steps of m, divided by the integral up to end(). Equal laws
-  /// share it; null for an exponential.
-  std::shared_ptr<const std::vector<double>> inside_;
+  std::shared_ptr<const Tables> tables_;  ///< equal laws share it; null for a plain exponential
 };
 
 }  // namespace gamer
