@@ -322,13 +322,14 @@ double GalaxyStatistics::share(std::size_t c) const {
   return footprints_.sees_whole ? std::max(share, least_share_within) : share;
 }
 
-bool GalaxyStatistics::is_rough() const {
-  return !is_reference() && !footprints_.needs_light_means &&
+bool GalaxyStatistics::is_rough(std::size_t c) const {
+  return component_at(c).absorbs() && !is_reference() && !footprints_.needs_light_means &&
          galaxy_.mean_error() > fine_mean_error;
 }
 
-std::size_t GalaxyStatistics::first_points() const {
-  return std::min(is_rough() ? first_cloud / rough_dust : first_cloud, galaxy_.most_cloud_points());
+std::size_t GalaxyStatistics::first_points(std::size_t c) const {
+  return std::min(is_rough(c) ? first_cloud / rough_dust : first_cloud,
+                  galaxy_.most_cloud_points());
 }
 
 const std::vector<BatchArray>& GalaxyStatistics::light_behind(std::size_t c) {
@@ -373,7 +374,7 @@ void GalaxyStatistics::normalise(std::size_t c) {
   }
   try {
     // A texture whose mean is known from elsewhere is normalised only roughly.
-    const std::size_t points = first_points() / (component.has_texture_mean() ? rough : 1);
+    const std::size_t points = first_points(c) / (component.has_texture_mean() ? rough : 1);
     component.texture()->normalise(component.cloud(points).all(), factor);
   } catch (const InputError& error) {
     throw InputError(component.where(), "component '" + component.name() + "': " + error.what());
@@ -395,8 +396,8 @@ double GalaxyStatistics::error_of_texture_mean(std::size_t c) const {
 
 std::size_t GalaxyStatistics::points_needed(const Mean& mean, double error) const {
   const double excess = error / wanted_error(mean.component, mean.footprint);
-  const auto first = static_cast<double>(first_points());
-  if (!(excess > 1) || galaxy_.most_cloud_points() <= first_points()) return 0;
+  const auto first = static_cast<double>(first_points(mean.component));
+  if (!(excess > 1) || galaxy_.most_cloud_points() <= first_points(mean.component)) return 0;
   const double needed = std::max(cloud_margin * first * excess * excess, least_larger_cloud);
   return shared_cloud_size(needed, galaxy_.most_cloud_points());
 }
@@ -415,7 +416,7 @@ void GalaxyStatistics::measure_means(std::size_t c, std::span<double> numbers) c
     }
     return;
   }
-  const Cloud cloud = component_at(c).cloud(first_points());
+  const Cloud cloud = component_at(c).cloud(first_points(c));
   for (const CloudMoments& moments : moments_of(c, cloud, 0, cloud.batches, widths)) {
     const CloudMean mean = moments.mean();
     writer.add(mean.mean);

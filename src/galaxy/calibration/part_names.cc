@@ -15,8 +15,9 @@ std::string GalaxyStatistics::name(Round round, std::size_t part) const {
     for (const double width : widths) text += fmt::format(" {:a}", width);
   };
   std::string text = component_at(c).digests().texture;
-  if (is_rough()) text += " rough";
   const int followed = galaxy_.followed(c);
+  if (is_rough(c)) text += " rough";
+  if (followed >= 0 && is_rough(static_cast<std::size_t>(followed))) text += " follows rough";
   const bool follows_adopted = followed >= 0 && adopts_texture(static_cast<std::size_t>(followed));
   if (round != Round::textures && (adopts_texture(c) || follows_adopted)) {
     text += " as " + galaxy_.reference()->components()[c]->digests().texture;

@@ -91,8 +91,9 @@ class GalaxyStatistics {
 
   const Component& component_at(std::size_t c) const { return *galaxy_.components()[c]; }
   bool is_reference() const { return galaxy_.is_reference(); }
-  /// Whether few points suffice, since dust alone is measured, whose error may be large.
-  bool is_rough() const;
+  /// Whether few points suffice for this component: dust of a galaxy of fixed flux, at a high
+  /// tolerance.
+  bool is_rough(std::size_t c) const;
   bool is_textured(std::size_t c) const {
     return component_at(c).texture() != nullptr || galaxy_.followed(c) >= 0;
   }
@@ -119,7 +120,7 @@ class GalaxyStatistics {
   /// is `error`; 0 if the first cloud suffices. The number is a power of 2 or the
   /// largest allowed, so that means share clouds.
   std::size_t points_needed(const Mean& mean, double error) const;
-  std::size_t first_points() const;
+  std::size_t first_points(std::size_t c) const;
   /// The relative error that the mean of component c's Phi at this footprint may have.
   double wanted_error(std::size_t c, double footprint) const;
   /// wanted_error() for Component::texture_means(), rounded down to a power of 2. The error does
