@@ -71,7 +71,9 @@ export class Draft extends EventTarget {
   /// Asks for the draft when the server has nothing else to do.
   afterFrame() {
     const {width, isPartial} = this.picture.frame.header;
-    if (this.isShown && (this.preview.isFinal || (!isPartial && width >= trueSide))) this.isShown = false;
+    const isTrue = this.preview.isFinal || (!isPartial && width >= trueSide);
+    // A draft of an older state hides what has changed since.
+    if (isTrue || !this.isPresent(this.key)) this.isShown = false;
     if (!this.preview.isFinal || !this.isPossible || this.asked || !isFlat(this.ui.camera)) return;
     if (this.isPresent(this.key) || this.isPresent(this.refused)) return;
     const key = this.present();
