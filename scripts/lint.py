@@ -11,6 +11,7 @@
   do not count, nor do tables and indented text.
 - A comment's lines have at most 100 columns.
 - A function has at most 60 lines, and a file of the programs and the library at most 600.
+- A test file's code is in the namespace of the file's name, since groups of files are compiled together.
 - A section of docs/facts.md that is cited is there. So is every file or function that a document names.
 """
 
@@ -171,6 +172,13 @@ def check_code(path, complain):
         before = comment[1] if comment else ""
 
 
+def check_namespace(path, complain):
+    text = path.read_text()
+    # Files with kernels of their own are compiled alone.
+    if f"namespace gamer::{path.stem} {{" not in text and "HWY_NAMESPACE" not in text:
+        complain(path, 1, f"the namespace is not gamer::{path.stem}")
+
+
 def check_document(path, complain):
     is_code, before = False, ""
     for number, line in enumerate(path.read_text().splitlines(), 1):
@@ -220,6 +228,10 @@ def main():
         check_code(path, complain)
         check_sentences(path, comment_paragraphs, complain)
         check_lengths(path, complain)
+    for path in tracked("tests/*_test.cc"):
+        check_namespace(path, complain)
+    for path in tracked("studio/*.js"):
+        check_sentences(path, comment_paragraphs, complain)
     documents = tracked("*.md", "docs/*.md")
     facts = (ROOT / "docs/facts.md").read_text()
     sections = set(re.findall(r"^## (\d+)\. ", facts, re.MULTILINE))

@@ -6,8 +6,8 @@
 const sameFactor = 2e-5;
 
 /// Compares weights [red, green, blue] of planes with those of `base`. Returns the common factor of
-/// each group and the group of each plane, or null where more than two factors are needed or where a
-/// plane had no weight before.
+/// each group and the group of each plane. Returns null where more than two factors are needed, and
+/// where a plane had no weight before.
 export function planeGroups(base, weights) {
   const factors = [], groups = [];
   if (base.length !== weights.length) return null;
