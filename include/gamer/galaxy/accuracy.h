@@ -135,7 +135,7 @@ struct Accuracy {
             .fixed_flux_step = 2 * std::pow(rough, -0.125),
             .small_galaxy_error = std::max(4 * std::pow(fine, 0.6) * std::pow(rough, 0.9), 1.0),
             .log_envelope_threshold = std::log(0.003 * t),
-            .texture_threshold = 0.01 * t * std::sqrt(rough),
+            .texture_threshold = 0.01 * t,
             .faint_share = 0.01,
             .ray_size = 0.06 * std::sqrt(t / 1e-3) * std::pow(rough, 0.15),
             .cell_size = 0.5 * std::pow(t / 1e-3, 0.25) * std::pow(rough, 0.3),
