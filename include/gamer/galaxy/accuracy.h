@@ -133,7 +133,7 @@ struct Accuracy {
             .shared_step = 1.5,
             .fixed_flux_error = 16 * std::pow(rough, -0.6),
             .fixed_flux_step = 2 * std::pow(rough, -0.125),
-            .small_galaxy_error = std::max(4 * std::pow(fine, 0.6), 1.0),
+            .small_galaxy_error = std::max(4 * std::pow(fine, 0.6) * std::pow(rough, 0.9), 1.0),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,

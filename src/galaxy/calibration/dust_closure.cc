@@ -14,9 +14,9 @@ namespace {
 
 // Number of rays on which the transmission of dust is measured.
 constexpr std::size_t coherence_rays = std::size_t{1} << 12;
-// Half of these rays suffice where clouds have at most coarse_points points, and where means may
-// err by more than fine_mean_error.
+// Where clouds have at most coarse_points points, coarse_rays rays suffice.
 constexpr std::size_t coarse_points = std::size_t{1} << 13;
+constexpr std::size_t coarse_rays = std::size_t{1} << 11;
 // Number of points on a face-on ray.
 constexpr double coherence_heights = 10;
 // Heights at which the light behind the dust is added up, and the ratio of successive heights.
@@ -160,13 +160,17 @@ void to_steps(float step, const Points& points, BatchArray& envelope, BatchArray
   }
 }
 
+std::size_t number_of_rays(const Galaxy& galaxy) {
+  return is_coarse_closure(galaxy) ? coarse_rays : coherence_rays;
+}
+
 DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path,
                     std::span<const double> widths, std::span<const BatchArray> light) {
   const Component& dust = *galaxy.components()[c];
   const SeenTextures textures(galaxy);
   const Texture* texture = dust.texture();
   const auto heights = static_cast<std::size_t>(std::round(coherence_heights * std::sqrt(path)));
-  ColumnCloud cloud = dust.columns(closure_rays(galaxy), heights);
+  ColumnCloud cloud = dust.columns(number_of_rays(galaxy), heights);
   const std::size_t batches = cloud.columns.size();
   const std::size_t places = batches * heights;
   DustRays result{
@@ -217,16 +221,11 @@ DustRays trace_dust(const Galaxy& galaxy, std::size_t c, double path,
 
 }  // namespace
 
-std::size_t closure_rays(const Galaxy& galaxy) {
-  const bool is_fine = !is_coarse_closure(galaxy) && galaxy.mean_error() <= fine_mean_error;
-  return is_fine ? coherence_rays : coherence_rays / 2;
-}
-
 bool is_coarse_closure(const Galaxy& galaxy) { return galaxy.most_cloud_points() <= coarse_points; }
 
 std::vector<BatchArray> light_behind_dust(const Galaxy& galaxy, std::size_t c) {
   constexpr std::size_t heights = 1;
-  ColumnCloud cloud = galaxy.components()[c]->columns(closure_rays(galaxy), heights);
+  ColumnCloud cloud = galaxy.components()[c]->columns(number_of_rays(galaxy), heights);
   std::vector<BatchArray> light(cloud.columns.size());
   parallel_for(light.size(),
                [&](std::size_t b) { add_light(galaxy, c, cloud.columns[b], light[b]); });

@@ -20,16 +20,10 @@ struct DustClosureValues {
 inline constexpr double closure_footprint_ratio = std::numbers::sqrt3;
 inline constexpr double largest_closure_footprint = 1.0 / 9;
 
-/// Accuracy::mean_error above which few points suffice to measure dust.
-inline constexpr double fine_mean_error = 0.0045;
-
 /// Whether the closure of a galaxy is measured on fewer rays, since the galaxy has small clouds of
 /// points (Galaxy::most_cloud_points()). The light behind the dust then counts as if it were
 /// distributed like the dust, and the closure does not depend on other components.
 bool is_coarse_closure(const Galaxy& galaxy);
-
-/// The number of rays on which a closure is measured.
-std::size_t closure_rays(const Galaxy& galaxy);
 
 /// The light behind component c, which absorbs, where the rays of measure_dust_closure() meet the
 /// plane: [batch].

@@ -57,7 +57,7 @@ std::string GalaxyStatistics::light_behind_text(std::size_t c) const {
   const auto text_of = [](const Component& component) {
     return fmt::format(" {} {:a}", component.digests().envelope, component.amplitude());
   };
-  std::string text = text_of(component_at(c)) + fmt::format(" {}", closure_rays(galaxy_));
+  std::string text = text_of(component_at(c));
   if (is_coarse_closure(galaxy_)) return text + " coarse";
   // The light comes from all components that emit.
   for (const auto& component : galaxy_.components()) {
