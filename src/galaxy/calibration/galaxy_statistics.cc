@@ -28,8 +28,8 @@ namespace {
 constexpr std::size_t first_cloud = std::size_t{1} << 13;
 // Divisor of first_cloud where a rough mean suffices.
 constexpr std::size_t rough = 8;
-// Divisor of first_cloud for dust in galaxies of fixed flux, where dust changes colours alone.
-// They count as coarse above this Accuracy::mean_error.
+// Divisor of first_cloud for dust in galaxies of fixed flux, where dust changes colours alone. It
+// holds if Accuracy::mean_error is above fine_mean_error.
 constexpr std::size_t rough_dust = 4;
 constexpr double fine_mean_error = 0.0045;
 constexpr double least_larger_cloud = 1 << 15;
