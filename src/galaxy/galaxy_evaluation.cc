@@ -191,6 +191,28 @@ HWY_EXPORT(Largest);
 
 namespace {
 
+/// Arrays that a thread keeps from call to call, since allocating aligned memory takes a lock.
+class KeptArrays {
+ public:
+  /// The first `count` arrays, with unspecified values. The arrays of an earlier call are invalid.
+  std::span<BatchArray> take(std::size_t count) {
+    if (count > size_) {
+      arrays_ = std::make_unique_for_overwrite<BatchArray[]>(count);
+      size_ = count;
+    }
+    return {arrays_.get(), count};
+  }
+
+ private:
+  std::unique_ptr<BatchArray[]> arrays_;
+  std::size_t size_ = 0;
+};
+
+struct EvaluationArrays {
+  KeptArrays means, early, variants;
+};
+thread_local EvaluationArrays kept;
+
 bool is_constant(const float* values, std::size_t size) {
   if (size == 0) return true;
   const Range range = range_of(values, size);
@@ -361,7 +383,7 @@ class Galaxy::Evaluation {
   bool is_even_;
   std::size_t places_;  ///< number of places at which tables are looked up
   BatchArray log_footprints_;
-  std::unique_ptr<BatchArray[]> means_, early_phi_;
+  std::span<BatchArray> means_, early_phi_;
 };
 
 Galaxy::Evaluation::Evaluation(const Galaxy& galaxy, const Points& points, float threshold,
@@ -391,14 +413,14 @@ Galaxy::Evaluation::Evaluation(const Galaxy& galaxy, const Points& points, float
     HWY_DYNAMIC_DISPATCH(Logarithm)(places_, footprints_->data(), log_footprints_.data());
     spread(log_footprints_);
   }
-  means_ = std::make_unique_for_overwrite<BatchArray[]>(count_);
+  means_ = kept.means.take(count_);
   galaxy.look_up_means(places_, footprints_ != nullptr ? &log_footprints_ : nullptr,
-                       rays == nullptr || rays->divides_light, {means_.get(), count_});
+                       rays == nullptr || rays->divides_light, means_);
   for (std::size_t c = 0; c < count_; ++c) spread(means_[c]);
 }
 
 void Galaxy::Evaluation::begin() {
-  early_phi_ = std::make_unique_for_overwrite<BatchArray[]>(galaxy_.early_count_);
+  early_phi_ = kept.early.take(galaxy_.early_count_);
   BatchArray need;
   for (std::size_t c = 0; c < count_; ++c) {
     if (galaxy_.early_[c] < 0 || galaxy_.clump_leader_[c] >= 0) continue;
@@ -462,14 +484,14 @@ void Galaxy::Evaluation::evaluate_noise(std::size_t c, std::span<const double> d
 
 void Galaxy::Evaluation::finish(std::span<const double> deviations) {
   const std::size_t most_variants = std::max<std::size_t>(deviations.size(), 1);
-  const auto own = std::make_unique_for_overwrite<BatchArray[]>(most_variants);
+  const std::span<BatchArray> own = kept.variants.take(most_variants);
   for (std::size_t c = 0; c < count_; ++c) {
     const Component& component = *galaxy_.components_[c];
     const std::size_t variants = component.absorbs() ? most_variants : 1;
     const BatchArray* known = early_phi(c);
     const bool is_textured = component.texture() != nullptr;
     if (is_textured && known == nullptr) {
-      evaluate_noise(c, deviations, std::span(own.get(), variants));
+      evaluate_noise(c, deviations, own.first(variants));
     }
     const int leader = galaxy_.followed_[c];
     const BatchArray* followed =
@@ -508,8 +530,8 @@ void Galaxy::evaluate_component(std::size_t c, const Points& points, float thres
   fill_batch(points, false, batch);
   BatchArray envelope, followed;
   component.envelope(batch, envelope.data());
-  const auto means = std::make_unique_for_overwrite<BatchArray[]>(components_.size());
-  look_up_means(batch.size, nullptr, divides_light, {means.get(), components_.size()});
+  const std::span<BatchArray> means = kept.means.take(components_.size());
+  look_up_means(batch.size, nullptr, divides_light, means);
   const auto limit = threshold * static_cast<float>(component.threshold_scale());
   const bool follows = followed_[c] >= 0, is_textured = component.texture() != nullptr;
   const auto take_phi = [&](std::size_t of, BatchArray& out) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <functional>
 #include <numbers>
@@ -33,11 +34,14 @@ constexpr int few_columns_per_sample = 16;
 constexpr std::size_t most_block_bytes = std::size_t{8} << 20;
 /// A block has a worker's share of the remaining cost, divided by this number, within the bounds
 /// below.
-constexpr double shares_per_worker = 4;
+constexpr int shares_per_worker = 4;
 /// A block's messages and its way through rank 0 take some 20 us of rank 0's time.
 constexpr double least_block_cost = 500;
 /// About a second of work, which an interruption may lose.
 constexpr double most_block_cost = 1e6;
+
+// Number of pixels up to which sampling costs more time than it saves.
+constexpr std::int64_t few_pixels = 128 * 128;
 
 }  // namespace
 
@@ -173,6 +177,9 @@ std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor
   const int workers = executor.workers();
   const int most_rows = most_block_rows(renderer.width(), renderer.planes());
   if (workers == 1) return even_blocks(renderer.height(), std::min(most_rows, Renderer::tile_rows));
+  if (std::int64_t{renderer.width()} * renderer.height() <= few_pixels) {
+    return blocks_from_middle(renderer.height(), workers, most_rows);
+  }
   return cost_blocks(estimate_row_costs(renderer, executor), workers, most_rows);
 }
 
@@ -188,18 +195,18 @@ std::uint64_t row_memory(int width, int planes, int ranks, int threads) {
          static_cast<std::uint64_t>(planes) * static_cast<std::uint64_t>(width) * sizeof(double);
 }
 
-std::vector<RowRange> from_middle(std::span<const RowRange> blocks, int height, int most_rows) {
-  if (most_rows < 1) throw std::invalid_argument(fmt::format("no blocks of {} rows", most_rows));
-  std::vector<RowRange> cut;
-  for (const RowRange& block : blocks) {
-    for (int first = block.first; first < block.last; first += most_rows) {
-      cut.push_back({first, std::min(first + most_rows, block.last)});
-    }
+std::vector<RowRange> blocks_from_middle(int height, int workers, int most_rows) {
+  if (workers < 1 || most_rows < 1) {
+    throw std::invalid_argument(
+        fmt::format("no blocks of {} rows for {} workers", most_rows, workers));
   }
-  std::ranges::stable_sort(cut, {}, [height](const RowRange& rows) {
+  const int share = height / (shares_per_worker * workers);
+  std::vector<RowRange> blocks =
+      even_blocks(height, std::clamp(share, 1, std::min(most_rows, Renderer::tile_rows)));
+  std::ranges::stable_sort(blocks, {}, [height](const RowRange& rows) {
     return std::abs(rows.first + rows.last - height);
   });
-  return cut;
+  return blocks;
 }
 
 Image render_image(const Renderer& renderer, Executor& executor) {

@@ -123,10 +123,12 @@ class RenderInProgress {
     rendering_.image = Image(width, height, planes);
     rendering_.truth_images = Image(width, height, renderer.planes() - planes);
     tell(Stage::rows, 0, height);
-    std::vector<RowRange> blocks = render_blocks(renderer, executor_);
-    // Small blocks show finished rows soon. In a team all ranks must have equal blocks.
-    if (control_.finished && !control_.team)
-      blocks = from_middle(blocks, height, Renderer::tile_rows);
+    // In a team all ranks must have equal blocks.
+    const std::vector<RowRange> blocks =
+        control_.finished && !control_.team
+            ? blocks_from_middle(height, executor_.workers(),
+                                 most_block_rows(width, renderer.planes()))
+            : render_blocks(renderer, executor_);
     std::mutex mutex;
     double unconverged = 0;
     int done = 0;

@@ -55,13 +55,15 @@ TEST(CostBlocks, DearestFirst) {
   }
 }
 
-TEST(FromMiddle, CutsBlocksAndBeginsInTheMiddle) {
-  const std::vector<RowRange> blocks = {{0, 40}, {40, 44}, {44, 45}, {50, 60}};
-  const std::vector<RowRange> expected = {{24, 32}, {32, 40}, {40, 44}, {16, 24}, {44, 45},
-                                          {8, 16},  {50, 58}, {58, 60}, {0, 8}};
-  EXPECT_EQ(from_middle(blocks, 64, 8), expected);
-  EXPECT_TRUE(from_middle({}, 64, 8).empty());
-  EXPECT_THROW(from_middle(blocks, 64, 0), std::invalid_argument);
+TEST(BlocksFromMiddle, AreEvenAndBeginInTheMiddle) {
+  const std::vector<RowRange> expected = {{15, 30}, {30, 45}, {0, 15}, {45, 60}};
+  EXPECT_EQ(blocks_from_middle(60, 1, 100), expected);
+  EXPECT_EQ(blocks_from_middle(1000, 1, 100).front().size(), Renderer::tile_rows);
+  EXPECT_EQ(blocks_from_middle(1000, 1, 8).front().size(), 8);
+  EXPECT_EQ(blocks_from_middle(10, 100, 8).size(), 10U);
+  EXPECT_TRUE(blocks_from_middle(0, 2, 8).empty());
+  EXPECT_THROW(blocks_from_middle(64, 0, 8), std::invalid_argument);
+  EXPECT_THROW(blocks_from_middle(64, 2, 0), std::invalid_argument);
 }
 
 TEST(CostBlocks, SeveralRowsBeginWhereTilesDo) {

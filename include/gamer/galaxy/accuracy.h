@@ -116,24 +116,25 @@ struct Accuracy {
   /// The knobs for a tolerance. Above 1e-4 ray_error grows faster than the tolerance, up to a
   /// limit: the error of few nodes is a smaller share of the change that ray_error limits
   /// (bench/ray_error_bench).
-  /// star_error is smaller, since errors of stars do not average out. first_step changes little,
-  /// since the light of missed features grows with a high power of it. The error of the midpoint
-  /// rule grows with the square of ray_size, and that of Gauss' rule with the fourth power of
-  /// cell_size.
+  /// star_error is smaller, since errors of stars do not average out. first_step changes little
+  /// up to 1e-2, since the light of missed features grows with a high power of it. The error of the
+  /// midpoint rule grows with the square of ray_size, and that of Gauss' rule with the fourth power
+  /// of cell_size.
   static Accuracy from_tolerance(double tolerance) {
     const double t = std::max(tolerance, finest_tolerance);
     const double coarser = std::max(t / 1e-4, 1.0);
     // Rays and means take most of the time for many small galaxies.
     const double rough = std::clamp(t / 1e-3, 1.0, 10.0);
     const double fine = std::min(t / 1e-3, 1.0);
+    const double glance = std::max(t / 1e-2, 1.0);
     return {.ray_error = std::min({1.35 * t * std::pow(coarser, 0.3), 3 * t, 0.1}),
             .star_error = std::min(0.15 * t * std::pow(coarser, 0.35), 0.025),
-            .first_step = 0.7 * std::pow(t / 1e-3, 0.08),
+            .first_step = 0.7 * std::pow(t / 1e-3, 0.08) * std::pow(glance, 0.3),
             .shared_error = 2 * std::pow(rough, 0.3),
             .shared_step = 1.5,
             .fixed_flux_error = 16 * std::pow(rough, -0.6),
             .fixed_flux_step = 2 * std::pow(rough, -0.125),
-            .small_galaxy_error = std::max(4 * std::pow(fine, 0.6) * std::pow(rough, 0.9), 1.0),
+            .small_galaxy_error = std::max(32 * std::pow(fine, 2.5), 1.0),
             .log_envelope_threshold = std::log(0.003 * t),
             .texture_threshold = 0.01 * t,
             .faint_share = 0.01,

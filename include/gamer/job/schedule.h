@@ -46,12 +46,13 @@ std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, in
 double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> costs, int workers);
 
 /// The blocks in which the executor's workers should render the image, valid on rank 0. Every rank
-/// calls this function.
+/// calls this function. Images of at most 128 x 128 pixels have even blocks from the middle
+/// outwards; blocks of larger images follow sampled costs.
 std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor);
 
-/// Blocks of an image of `height` rows, cut to at most `most_rows` rows, from the image's middle
-/// outwards. Throws std::invalid_argument when most_rows < 1.
-std::vector<RowRange> from_middle(std::span<const RowRange> blocks, int height, int most_rows);
+/// Even blocks of an image of `height` rows, from the middle outwards. Each has at most `most_rows`
+/// rows and at most Renderer::tile_rows. Throws std::invalid_argument when a number is below 1.
+std::vector<RowRange> blocks_from_middle(int height, int workers, int most_rows);
 
 /// The whole image in memory on rank 0; an empty image on other ranks.
 Image render_image(const Renderer& renderer, Executor& executor);
