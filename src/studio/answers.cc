@@ -34,7 +34,7 @@ Json Answers::operator()(const OpenRequest&) const {
   return reply;
 }
 
-Json Answers::operator()(const EditRequest& request) const {
+Json Answers::operator()(const EditRequest& request) {
   if (!request.is_galaxy) {
     return {{"op", "edited"},
             {"parameters", edit_text(request.text, request.edits, document_.label)}};
@@ -74,9 +74,10 @@ Json Answers::operator()(const GalaxyRequest& request) {
           {"galaxy_text", document_.texts.galaxies[request.name]}};
 }
 
-Json Answers::operator()(const ModelRequest& request) const {
+Json Answers::operator()(const ModelRequest& request) {
   paths_.check_text(request.text);
-  return {{"op", "model"}, {"model", model_json(request.text, galaxy_label_, session_.folders())}};
+  return {{"op", "model"},
+          {"model", model_json(request.text, galaxy_label_, session_.folders(), latest_)}};
 }
 
 Json Answers::operator()(const SaveRequest& request) {

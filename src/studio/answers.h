@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -20,11 +21,11 @@ class Answers {
 
   /// All of these throw InputError and RunError.
   nlohmann::json operator()(const OpenRequest& request) const;
-  nlohmann::json operator()(const EditRequest& request) const;
+  nlohmann::json operator()(const EditRequest& request);
   nlohmann::json operator()(const EditSceneRequest& request) const;
   nlohmann::json operator()(const FixOrientationsRequest& request) const;
   nlohmann::json operator()(const GalaxyRequest& request);
-  nlohmann::json operator()(const ModelRequest& request) const;
+  nlohmann::json operator()(const ModelRequest& request);
   nlohmann::json operator()(const SaveRequest& request);
   nlohmann::json operator()(const SaveSceneRequest& request);
   nlohmann::json operator()(const CommandRequest& request) const;
@@ -48,7 +49,8 @@ class Answers {
   OpenedDocument document_;
   KnownPaths paths_;
   OutputFolder folder_;
-  std::string galaxy_label_;  ///< a galaxy's text names files relative to this file
+  std::shared_ptr<const Galaxy> latest_;  ///< the galaxy whose model was asked for last, or null
+  std::string galaxy_label_;              ///< a galaxy's text names files relative to this file
 };
 
 }  // namespace gamer

@@ -93,12 +93,14 @@ std::vector<std::string> component_kinds_of(const ConfigNode& galaxy) {
 }
 
 Json model_json(const std::string& text, const std::string& label,
-                const std::vector<std::filesystem::path>& folders) {
+                const std::vector<std::filesystem::path>& folders,
+                std::shared_ptr<const Galaxy>& latest) {
   Resources resources(folders);
   GalaxySettings settings;
+  settings.twin = latest;
   settings.noise_kind = RenderParameters().noise.kind;
   const ConfigNode root = parse_toml(text, label);
-  const auto galaxy = Galaxy::read(root, settings, resources);
+  latest = Galaxy::read(root, settings, resources);
   Json values = Json::object(), given = Json::array(), components = Json::array();
   add_section(root, "galaxy", Galaxy::table(), values);
   add_section(root, "arms", ArmPattern::table(), values);
@@ -110,7 +112,7 @@ Json model_json(const std::string& text, const std::string& label,
   for (const ConfigNode& node : root.find("component")->array()) {
     components.push_back(component_json(node, names[index++]));
   }
-  return {{"name", galaxy->name()},
+  return {{"name", latest->name()},
           {"values", values},
           {"given", given},
           {"arms", arms_json(root)},

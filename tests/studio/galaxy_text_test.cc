@@ -41,7 +41,9 @@ std::string message(const std::string& text, const std::vector<TextEdit>& edits)
 }
 
 Json model(const std::string& text) {
-  return model_json(text, (source_folder / "galaxies" / "x.toml").string(), {source_folder});
+  std::shared_ptr<const Galaxy> latest;
+  return model_json(text, (source_folder / "galaxies" / "x.toml").string(), {source_folder},
+                    latest);
 }
 
 std::vector<std::string> lines(const std::string& text) {

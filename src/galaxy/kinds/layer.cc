@@ -133,6 +133,9 @@ constexpr std::size_t mean_intervals = 256;
 // Scale lengths within which the slope of a warp decides how far its texture is stretched.
 constexpr double sloped_lengths = 4;
 
+// Angles at which the mean taper of a warped layer is computed. It is linear between them.
+constexpr int taper_angles = 64;
+
 // Radius outside which the steepest winding sets the texture's frequency.
 constexpr double twirl_core = 0.1;
 
@@ -315,14 +318,26 @@ double Layer::envelope_integral() const {
   return 2 * pi * column * sum / radial * (follows_courses() ? 1 : mean_arm_modifier());
 }
 
+std::vector<double> Layer::tapers_around(double m) const {
+  std::vector<double> tapers;
+  for (int k = 0; k <= taper_angles; ++k) {
+    const double psi = 2 * pi * (static_cast<double>(k) / taper_angles - 0.5);
+    double r = m, azimuth = psi;
+    if (!shape_.radial.is_round()) law_.place(m, psi, r, azimuth);
+    tapers.push_back(mean_taper(r, shape_.z0 * shape_.flare_at(r),
+                                shape_.warp.lift(r * std::cos(azimuth), r * std::sin(azimuth))));
+  }
+  return tapers;
+}
+
 double Layer::uneven_integral() const {
   // Midpoint rules in t and psi, m = end t^2, over the envelope in the plane.
   constexpr int radial = 500;
   const std::size_t azimuthal = follows_arms() ? 512 : is_warped() ? 64 : 32;
-  // The mean taper at equal steps of r, between which it is linear.
+  // The mean taper without a warp at equal steps of r, between which it is linear.
   constexpr std::size_t steps = 1500;
   std::vector<double> tapers(steps + 2, 0.0);
-  for (std::size_t k = 0; k < steps; ++k) {
+  for (std::size_t k = 0; k < steps && !is_warped(); ++k) {
     const double r = static_cast<double>(k) / steps;
     tapers[k] = mean_taper(r, shape_.z0 * shape_.flare_at(r));
   }
@@ -332,29 +347,33 @@ double Layer::uneven_integral() const {
     return std::lerp(tapers[k], tapers[k + 1], at - static_cast<double>(k));
   };
   // In the mid-plane of a warp the taper depends on the azimuth too.
-  const auto taper_in = [&](const SampleBatch& batch, std::size_t k) {
-    const double r = double{batch.r[k]}, azimuth = double{batch.azimuth[k]};
+  std::vector<double> around;
+  const auto taper_in = [&](double r, double share) {
     if (!is_warped()) return taper_of(r);
-    return mean_taper(r, shape_.z0 * shape_.flare_at(r),
-                      shape_.warp.lift(r * std::cos(azimuth), r * std::sin(azimuth)));
+    const double at = share * taper_angles;
+    const auto k = static_cast<std::size_t>(at);
+    return std::lerp(around[k], around[k + 1], at - static_cast<double>(k));
+  };
+  const auto share_of = [azimuthal](std::size_t k) {
+    return (static_cast<double>(k) + 0.5) / static_cast<double>(azimuthal);
   };
   double sum = 0;
   SampleBatch batch{};
   BatchArray flare, values;
   for (int i = 0; i < radial; ++i) {
     const double t = (i + 0.5) / radial, m = law_.end() * t * t;
+    if (is_warped()) around = tapers_around(m);
     for (std::size_t first = 0; first < azimuthal; first += batch.size) {
       batch.size = std::min(batch_capacity, azimuthal - first);
       for (std::size_t k = 0; k < batch.size; ++k) {
-        const double share =
-            (static_cast<double>(first + k) + 0.5) / static_cast<double>(azimuthal);
         batch.r[k] = static_cast<float>(m);
-        batch.azimuth[k] = static_cast<float>(2 * pi * (share - 0.5));
+        batch.azimuth[k] = static_cast<float>(2 * pi * (share_of(first + k) - 0.5));
         flare[k] = 1;
       }
       place(batch, flare);
       for (std::size_t k = 0; k < batch.size; ++k) {
-        batch.taper[k] = flare[k] * static_cast<float>(taper_in(batch, k));
+        const double taper = taper_in(double{batch.r[k]}, share_of(first + k));
+        batch.taper[k] = flare[k] * static_cast<float>(taper);
       }
       arms_.winding(batch.r.data(), batch.size, batch.winding.data());
       envelope_at(batch, batch.z.data(), values.data());

@@ -83,7 +83,8 @@ def edited_text(text, edit):
                     table[key] = {}
                 table = table[key]
         if verb == "set":
-            table[keys[-1]] = what[2]
+            # A noise that is switched on is an empty table.
+            table[keys[-1]] = {} if keys[-1] == "noise" and what[2] is True else what[2]
         else:
             table.pop(keys[-1], None)
     else:

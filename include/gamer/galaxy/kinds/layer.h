@@ -128,6 +128,9 @@ class Layer : public Component {
   double mean_arm_modifier() const;
   /// The integral over the plane of the envelope's column, divided by 2 z0.
   double uneven_integral() const;
+  /// The mean taper of a warped layer on the ellipse m of its mid-plane, at equal steps of psi from
+  /// -pi to pi.
+  std::vector<double> tapers_around(double m) const;
 
   LayerShape shape_;
   RadialLaw law_;
