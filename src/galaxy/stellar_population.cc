@@ -147,7 +147,7 @@ StellarPopulation::StellarPopulation(const ParameterSet& values, const std::stri
   temperature_ = values.number("temperature");
   temperature_slope_ = values.number("temperature_slope");
   scatter_ = values.number("temperature_scatter");
-  if (values.text("luminosity_function") == power_law) {
+  if (is_formula(values)) {
     add_segment(values.number("luminosity_low"), values.number("luminosity_high"),
                 1 - values.number("luminosity_slope"), 1);
   } else {
@@ -179,6 +179,10 @@ StellarPopulation::StellarPopulation(const ParameterSet& values, const std::stri
     }
   }
   make_grid();
+}
+
+bool StellarPopulation::is_formula(const ParameterSet& values) {
+  return values.text("luminosity_function") == power_law;
 }
 
 void StellarPopulation::read_table(const ParameterSet& values, const std::string& context,

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstdlib>
@@ -11,6 +12,7 @@
 #include <numeric>
 #include <queue>
 #include <stdexcept>
+#include <utility>
 
 namespace gamer {
 namespace {
@@ -173,11 +175,15 @@ double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> 
   return last;
 }
 
+bool samples_costs(const Renderer& renderer, int workers) {
+  return workers > 1 && std::int64_t{renderer.width()} * renderer.height() > few_pixels;
+}
+
 std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor) {
   const int workers = executor.workers();
   const int most_rows = most_block_rows(renderer.width(), renderer.planes());
   if (workers == 1) return even_blocks(renderer.height(), std::min(most_rows, Renderer::tile_rows));
-  if (std::int64_t{renderer.width()} * renderer.height() <= few_pixels) {
+  if (!samples_costs(renderer, workers)) {
     return blocks_from_middle(renderer.height(), workers, most_rows);
   }
   return cost_blocks(estimate_row_costs(renderer, executor), workers, most_rows);
@@ -200,12 +206,17 @@ std::vector<RowRange> blocks_from_middle(int height, int workers, int most_rows)
     throw std::invalid_argument(
         fmt::format("no blocks of {} rows for {} workers", most_rows, workers));
   }
-  const int share = height / (shares_per_worker * workers);
-  std::vector<RowRange> blocks =
-      even_blocks(height, std::clamp(share, 1, std::min(most_rows, Renderer::tile_rows)));
-  std::ranges::stable_sort(blocks, {}, [height](const RowRange& rows) {
-    return std::abs(rows.first + rows.last - height);
+  // Blocks begin where tiles do.
+  const auto share = static_cast<unsigned>(std::max(height / (shares_per_worker * workers), 1));
+  const int rows = std::min(static_cast<int>(std::bit_floor(share)), Renderer::tile_rows);
+  std::vector<RowRange> blocks = even_blocks(height, std::min(rows, most_rows));
+  std::ranges::stable_sort(blocks, {}, [height](const RowRange& block) {
+    return std::abs(block.first + block.last - height);
   });
+  // The side that comes first alternates, so that teams that deal out blocks in turn are even.
+  for (std::size_t i = blocks.size() % 2 + 2; i + 1 < blocks.size(); i += 4) {
+    std::swap(blocks[i], blocks[i + 1]);
+  }
   return blocks;
 }
 

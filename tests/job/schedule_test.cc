@@ -56,8 +56,9 @@ TEST(CostBlocks, DearestFirst) {
 }
 
 TEST(BlocksFromMiddle, AreEvenAndBeginInTheMiddle) {
-  const std::vector<RowRange> expected = {{15, 30}, {30, 45}, {0, 15}, {45, 60}};
-  EXPECT_EQ(blocks_from_middle(60, 1, 100), expected);
+  const std::vector<RowRange> expected = {{16, 32}, {32, 48}, {48, 64}, {0, 16}};
+  EXPECT_EQ(blocks_from_middle(64, 1, 100), expected);
+  EXPECT_EQ(blocks_from_middle(60, 1, 100).front(), (RowRange{24, 32}));
   EXPECT_EQ(blocks_from_middle(1000, 1, 100).front().size(), Renderer::tile_rows);
   EXPECT_EQ(blocks_from_middle(1000, 1, 8).front().size(), 8);
   EXPECT_EQ(blocks_from_middle(10, 100, 8).size(), 10U);

@@ -43,6 +43,8 @@ class StellarPopulation {
   /// (ascending), dN/dlnL in any unit, and temperature, K; '#' begins comments. Throws InputError
   /// if values or rows are wrong.
   StellarPopulation(const ParameterSet& values, const std::string& context, Resources& resources);
+  /// Whether parameters() give the luminosity function as a formula and not as a file.
+  static bool is_formula(const ParameterSet& values);
   /// Declarations of `luminosity_function` ... `temperature_scatter`.
   static ParameterTable parameters();
 

@@ -46,12 +46,16 @@ std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, in
 double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> costs, int workers);
 
 /// The blocks in which the executor's workers should render the image, valid on rank 0. Every rank
-/// calls this function. Images of at most 128 x 128 pixels have even blocks from the middle
-/// outwards; blocks of larger images follow sampled costs.
+/// calls this function. One worker has even blocks in order. Otherwise images of at most 16384
+/// pixels have blocks_from_middle(), and blocks of larger images follow sampled costs.
 std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor);
 
-/// Even blocks of an image of `height` rows, from the middle outwards. Each has at most `most_rows`
-/// rows and at most Renderer::tile_rows. Throws std::invalid_argument when a number is below 1.
+/// Whether the blocks of render_blocks() follow sampled costs.
+bool samples_costs(const Renderer& renderer, int workers);
+
+/// Even blocks of an image of `height` rows, from the middle outwards. Their number of rows is a
+/// power of 2 and at most Renderer::tile_rows, or else `most_rows`. Throws std::invalid_argument
+/// when workers < 1 or most_rows < 1.
 std::vector<RowRange> blocks_from_middle(int height, int workers, int most_rows);
 
 /// The whole image in memory on rank 0; an empty image on other ranks.

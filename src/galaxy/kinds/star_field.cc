@@ -147,7 +147,9 @@ ComponentKind starfield_kind() {
       .parameters = Layer::parameters() + ParameterTable{number} + StellarPopulation::parameters(),
       .noise = FractalParameters{.octaves = 4, .frequency_scale = 2, .inverse = true, .floor = 0.3},
       .make = [](const ComponentInput& input) -> std::unique_ptr<Component> {
-        const StarField* const twin = input.twin != nullptr ? input.twin->star_field() : nullptr;
+        // A file of luminosities may have changed since the twin was read.
+        const bool has_twin = input.twin != nullptr && StellarPopulation::is_formula(input.values);
+        const StarField* const twin = has_twin ? input.twin->star_field() : nullptr;
         StellarPopulation population =
             twin != nullptr ? twin->population()
                             : StellarPopulation(input.values, input.context, input.resources);
