@@ -100,8 +100,8 @@ struct Accuracy {
   }
 
   /// Factor on ray_error in a galaxy of fixed flux. `pixel` is the width of a pixel, galaxy radii.
-  /// Where more than 64 pixels cross the galaxy, small_galaxy_error falls with the square of the
-  /// pixel's width, to 1.
+  /// Where more than 64 pixels cross the galaxy, small_galaxy_error falls with the fifth power of
+  /// the pixel's width, to 1 at 128 pixels.
   double fixed_error(double pixel) const { return fixed_flux_error * small_error(pixel); }
   /// Factor on the distance of first nodes in a galaxy of fixed flux. A factor of 4 on errors
   /// corresponds to 1.5 on distances.
@@ -156,7 +156,7 @@ struct Accuracy {
   double small_error(double pixel) const {
     constexpr double most_pixels = 32;  // of a radius
     const double coarse = most_pixels * pixel;
-    return std::clamp(small_galaxy_error * coarse * coarse, 1.0, small_galaxy_error);
+    return std::clamp(small_galaxy_error * std::pow(coarse, 5), 1.0, small_galaxy_error);
   }
 };
 

@@ -112,7 +112,7 @@ class Shear(unittest.TestCase):
             inverse = np.linalg.inv([[1 - g1, -g2], [-g2, 1 + g1]])
             expected = inverse @ source @ inverse.T
             np.testing.assert_allclose([[seen.nn, seen.ne], [seen.ne, seen.ee]], expected,
-                                       rtol=0, atol=3.5e-4 * np.trace(expected))
+                                       rtol=0, atol=1.3e-4 * np.trace(expected))
 
     def test_the_camera_gives_the_shear_of_the_others(self):
         files = {"round.toml": ROUND}
