@@ -163,18 +163,13 @@ JobEstimate estimate_job(const RenderJob& job, bool truth, int ranks, int thread
   const double placing = process_seconds() - begin;
   const auto [samples, sampling] = sample_in_time(renderer, 2 * most_seconds);
   std::vector<double> costs = row_costs(samples, renderer.width(), renderer.height());
-  const bool follows_costs = samples_costs(renderer, workers);
-  const double together = preparation.measuring + (follows_costs ? sampling : 0);
+  const double together = preparation.measuring + (samples_costs(renderer, workers) ? sampling : 0);
   estimate.preparing = preparation.reading + placing + together;
   const std::uint64_t before = resident_memory();
 
   const double unit = seconds_per_cost(renderer, samples, most_seconds);
   if (truth) estimate.truth = truth_seconds(job, most_seconds) * share_left(job, done.objects);
-  const int most_rows = most_block_rows(renderer.width(), renderer.planes());
-  ThreadExecutor alone(1);
-  const auto blocks = follows_costs  ? cost_blocks(costs, workers, most_rows)
-                      : workers == 1 ? render_blocks(renderer, alone)
-                                     : blocks_from_middle(renderer.height(), workers, most_rows);
+  const std::vector<RowRange> blocks = render_blocks(renderer, workers, costs);
   const double stars = star_seconds(renderer, most_seconds) / static_cast<double>(costs.size());
   for (double& cost : costs) cost = unit * cost + stars;
   clear_rows(done.rows, costs);

@@ -179,14 +179,20 @@ bool samples_costs(const Renderer& renderer, int workers) {
   return workers > 1 && std::int64_t{renderer.width()} * renderer.height() > few_pixels;
 }
 
+std::vector<RowRange> render_blocks(const Renderer& renderer, int workers,
+                                    std::span<const double> costs) {
+  const int height = renderer.height();
+  const int most_rows = most_block_rows(renderer.width(), renderer.planes());
+  if (samples_costs(renderer, workers)) return cost_blocks(costs, workers, most_rows);
+  if (workers > 1) return blocks_from_middle(height, workers, most_rows);
+  return even_blocks(height, std::min(most_rows, Renderer::tile_rows));
+}
+
 std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor) {
   const int workers = executor.workers();
-  const int most_rows = most_block_rows(renderer.width(), renderer.planes());
-  if (workers == 1) return even_blocks(renderer.height(), std::min(most_rows, Renderer::tile_rows));
-  if (!samples_costs(renderer, workers)) {
-    return blocks_from_middle(renderer.height(), workers, most_rows);
-  }
-  return cost_blocks(estimate_row_costs(renderer, executor), workers, most_rows);
+  std::vector<double> costs;
+  if (samples_costs(renderer, workers)) costs = estimate_row_costs(renderer, executor);
+  return render_blocks(renderer, workers, costs);
 }
 
 int held_blocks(int ranks, int threads) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "gamer/core/error.h"
+#include "gamer/galaxy/component.h"
 #include "image/image_test_util.h"
 #include "studio/galaxy_text.h"
 
@@ -40,6 +41,12 @@ TEST(Model, DoesNotDependOnEarlierTexts) {
     for (const std::string& one : {text, edit_text(text, {edit}, "x.toml"), text}) {
       std::shared_ptr<const Galaxy> none;
       EXPECT_EQ(model(one, latest), model(one, none)) << name;
+      ASSERT_EQ(latest->components().size(), none->components().size()) << name;
+      for (std::size_t c = 0; c < none->components().size(); ++c) {
+        const Component &copied = *latest->components()[c], &own = *none->components()[c];
+        EXPECT_EQ(copied.amplitude(), own.amplitude()) << own.name();
+        EXPECT_EQ(copied.envelope_integral(), own.envelope_integral()) << own.name();
+      }
     }
   }
 }

@@ -45,13 +45,17 @@ std::vector<RowRange> cost_blocks(std::span<const double> costs, int workers, in
 /// the costs of the rows.
 double time_of_blocks(std::span<const RowRange> blocks, std::span<const double> costs, int workers);
 
-/// The blocks in which the executor's workers should render the image, valid on rank 0. Every rank
-/// calls this function. One worker has even blocks in order. Otherwise images of at most 16384
-/// pixels have blocks_from_middle(), and blocks of larger images follow sampled costs.
-std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor);
-
-/// Whether the blocks of render_blocks() follow sampled costs.
+/// Whether the blocks of render_blocks() follow the costs of rows.
 bool samples_costs(const Renderer& renderer, int workers);
+
+/// The blocks in which workers should render the image. One worker has even blocks in order.
+/// Otherwise images of at most 16384 pixels have blocks_from_middle(), and larger images
+/// cost_blocks(). `costs` are the costs of the rows where samples_costs() is true.
+std::vector<RowRange> render_blocks(const Renderer& renderer, int workers,
+                                    std::span<const double> costs);
+/// These blocks for the executor's workers, after sampling the costs. Valid on rank 0. Every rank
+/// calls this function.
+std::vector<RowRange> render_blocks(const Renderer& renderer, Executor& executor);
 
 /// Even blocks of an image of `height` rows, from the middle outwards. Their number of rows is a
 /// power of 2 and at most Renderer::tile_rows, or else `most_rows`. Throws std::invalid_argument
